@@ -1,0 +1,234 @@
+"""Binary masks: bool HxW in memory, COCO run-lengths in the store, PNG on disk.
+
+`True` means changed, everywhere. Nothing here reads files; callers pass bytes. Run-lengths are
+column-major and compressed as pycocotools does it, so the JavaScript twin (`static/js/rle.js`) and
+every COCO tool read the same strings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from pycocotools import mask as coco
+
+from reviewer.errors import InvalidInput
+
+Mask = npt.NDArray[np.bool_]
+"""bool (H, W), True = changed."""
+
+Box = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Rle:
+    """A mask as COCO run-lengths, with the numbers lists need so that they never decode.
+
+    Attributes:
+        height, width: size of the mask in pixels.
+        counts: compressed run-lengths, ASCII.
+        area: number of True pixels.
+        box_xywh: tight box (x, y, width, height) in pixels; all zero for an empty mask.
+    """
+
+    height: int
+    width: int
+    counts: str
+    area: int
+    box_xywh: Box
+
+
+@dataclass(frozen=True, slots=True)
+class Crop:
+    """The part of a mask inside its tight box: cheap to intersect, cheap to keep.
+
+    Attributes:
+        x, y: upper left corner in the full image, pixels.
+        pixels: bool (h, w), the mask inside the box.
+        area: number of True pixels.
+    """
+
+    x: int
+    y: int
+    pixels: Mask
+    area: int
+
+    @property
+    def box_xyxy(self) -> Box:
+        """Box (x0, y0, x1, y1), x1 and y1 exclusive."""
+        height, width = self.pixels.shape
+        return self.x, self.y, self.x + width, self.y + height
+
+    def window(self, image: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Return the view of a full-size array that lies under this crop."""
+        x0, y0, x1, y1 = self.box_xyxy
+        return image[y0:y1, x0:x1]
+
+
+def as_mask(array: npt.ArrayLike, *, name: str = "mask") -> Mask:
+    """Return a contiguous bool (H, W) array.
+
+    Raises:
+        InvalidInput: when the array is not two-dimensional or not boolean.
+    """
+    mask = np.ascontiguousarray(array)
+    if mask.ndim != 2:
+        raise InvalidInput(f"{name}: a mask is (height, width), but the array is {mask.shape}")
+    if mask.dtype != np.bool_:
+        raise InvalidInput(f"{name}: a mask is bool with True = changed, not {mask.dtype}")
+    return mask
+
+
+def encode_rle(mask: npt.ArrayLike) -> Rle:
+    """Encode a bool (H, W) mask."""
+    pixels = as_mask(mask)
+    height, width = pixels.shape
+    if pixels.size == 0:
+        raise InvalidInput(f"mask: a mask has at least one pixel, but its size is {width}x{height}")
+    encoded = coco.encode(np.asfortranarray(pixels.view(np.uint8)))
+    return _measured(height, width, encoded["counts"].decode("ascii"))
+
+
+def read_rle(height: int, width: int, counts: str) -> Rle:
+    """Check run-lengths from outside and measure them.
+
+    Raises:
+        InvalidInput: when size or run-lengths are malformed, or do not add up to height x width.
+    """
+    if height <= 0 or width <= 0:
+        raise InvalidInput(f"run-lengths: size must be positive, but is {width}x{height}")
+    runs = _runs(counts)
+    if any(run < 0 for run in runs):
+        raise InvalidInput("run-lengths: a run is negative, the string is damaged")
+    total = sum(runs)
+    if total != height * width:
+        raise InvalidInput(
+            f"run-lengths: they cover {total} pixels, but {width}x{height} has {height * width}"
+        )
+    return _measured(height, width, counts)
+
+
+def _runs(counts: str) -> list[int]:
+    """Expand a COCO run-length string into its runs (a delta code over 6-bit characters)."""
+    runs: list[int] = []
+    value, shift = 0, 0
+    for character in counts:
+        code = ord(character) - 48
+        if not 0 <= code < 64:
+            raise InvalidInput(f"run-lengths: {character!r} is not a run-length character")
+        value |= (code & 0x1F) << (5 * shift)
+        shift += 1
+        if code & 0x20:
+            if shift > 7:
+                raise InvalidInput("run-lengths: a run is longer than any image")
+            continue
+        if code & 0x10:
+            value -= 1 << (5 * shift)
+        if len(runs) > 2:
+            value += runs[-2]
+        runs.append(value)
+        value, shift = 0, 0
+    if shift:
+        raise InvalidInput("run-lengths: the string ends inside a run")
+    return runs
+
+
+def _measured(height: int, width: int, counts: str) -> Rle:
+    encoded = {"size": [height, width], "counts": counts.encode("ascii")}
+    area = int(coco.area(encoded))
+    x, y, w, h = (int(v) for v in coco.toBbox(encoded)) if area else (0, 0, 0, 0)
+    return Rle(height, width, counts, area, (x, y, w, h))
+
+
+def decode_rle(rle: Rle) -> Mask:
+    """Return the bool (H, W) mask of run-lengths."""
+    encoded = {"size": [rle.height, rle.width], "counts": rle.counts.encode("ascii")}
+    return np.ascontiguousarray(coco.decode(encoded)).view(np.bool_)
+
+
+def empty_rle(height: int, width: int) -> Rle:
+    """Return the run-lengths of an all-False mask."""
+    return encode_rle(np.zeros((height, width), np.bool_))
+
+
+def encode_png(mask: npt.ArrayLike) -> bytes:
+    """Return an 8-bit grey PNG: 255 = changed, 0 = unchanged."""
+    pixels = as_mask(mask).astype(np.uint8) * 255
+    ok, data = cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 4])
+    assert ok, "OpenCV refused a plain grey image"
+    return data.tobytes()
+
+
+def decode_png(data: bytes, *, name: str = "mask PNG") -> Mask:
+    """Read a 0/255 (or 0/1) PNG as a mask.
+
+    Raises:
+        InvalidInput: when the bytes are no image, or hold values other than one foreground value.
+    """
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
+    if image is None:
+        raise InvalidInput(f"{name}: not a readable image")
+    if image.ndim == 3:
+        colours = image[..., :3]
+        if (colours != colours[..., :1]).any():
+            raise InvalidInput(f"{name}: a mask is grey, but this image has colours")
+        image = colours[..., 0]
+    values = np.unique(image)
+    if not set(values.tolist()) <= {0, 255} and not set(values.tolist()) <= {0, 1}:
+        raise InvalidInput(
+            f"{name}: a mask holds 0 and 255 only, but this image has {len(values)} values"
+        )
+    return np.ascontiguousarray(image > 0)
+
+
+def crop_to_box(mask: Mask) -> Crop | None:
+    """Cut a mask to its tight box; None for an empty mask."""
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    if width == 0:
+        return None
+    pixels = mask[y : y + height, x : x + width]
+    return Crop(x, y, pixels, int(np.count_nonzero(pixels)))
+
+
+def components(mask: Mask) -> tuple[npt.NDArray[np.int32], list[Crop]]:
+    """Split a mask into 8-connected components.
+
+    Returns:
+        labels: int32 (H, W), 0 = background, i + 1 = the i-th component.
+        crops: the components in that order.
+    """
+    # Named, because OpenCV's default of the same decision-tree family is 2.7 times slower here.
+    count, labels, stats, _ = cv2.connectedComponentsWithStatsWithAlgorithm(
+        mask.view(np.uint8), 8, cv2.CV_32S, cv2.CCL_GRANA
+    )
+    crops = []
+    for number in range(1, count):
+        x, y, width, height, area = (int(v) for v in stats[number])
+        pixels = labels[y : y + height, x : x + width] == number
+        crops.append(Crop(x, y, pixels, area))
+    return labels, crops
+
+
+def union(masks: Iterable[Mask], height: int, width: int) -> Mask:
+    """OR masks of one size together; no masks give the empty mask."""
+    result = np.zeros((height, width), np.bool_)
+    for mask in masks:
+        result |= mask
+    return result
+
+
+def intersection_over_union(first: Mask, second: Mask) -> float:
+    """Return |A and B| / |A or B| in [0, 1]; two empty masks give 0 (paper-notes rule for 0/0)."""
+    either = int(np.count_nonzero(first | second))
+    return int(np.count_nonzero(first & second)) / either if either else 0.0
+
+
+def dilate(mask: Mask, *, size_px: int, times: int = 1) -> Mask:
+    """Dilate with a square of odd side `size_px`, `times` times."""
+    kernel = np.ones((size_px, size_px), np.uint8)
+    grown: npt.NDArray[np.uint8] = cv2.dilate(mask.view(np.uint8), kernel, iterations=times)
+    return grown.view(np.bool_)

@@ -1,0 +1,120 @@
+"""The queue: a page of pairs with state, DoI and change size, filtered and ordered in SQL."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from reviewer.errors import InvalidInput
+from reviewer.records import ReviewState
+from reviewer.store.database import Store
+
+Order = Literal["name", "doi", "size", "unreviewed"]
+ORDERS: dict[Order, str] = {
+    "name": "split, name",
+    "doi": "max_doi DESC NULLS LAST, split, name",
+    "size": "change_px DESC NULLS LAST, split, name",
+    "unreviewed": "done_by_others, (state <> 'todo'), split, name",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class QueueEntry:
+    """A row of the queue; DoI and change size come from the chosen run, None without one."""
+
+    id: int
+    split: str
+    name: str
+    state: ReviewState
+    revision: int
+    truth_px: int | None
+    change_px: int | None
+    max_doi: float | None
+    inspect: int
+    reviewers: int
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Pairs of a split, and how many of them an annotator has finished."""
+
+    split: str
+    pairs: int
+    finished: int
+
+
+def list_queue(
+    store: Store,
+    annotator_id: int,
+    *,
+    run_id: int | None = None,
+    split: str | None = None,
+    state: ReviewState | None = None,
+    order: Order = "name",
+    limit: int = 100,
+    offset: int = 0,
+) -> tuple[list[QueueEntry], int]:
+    """Return a page of the queue and the number of pairs on all pages.
+
+    Raises:
+        InvalidInput: when the order is unknown.
+    """
+    if order not in ORDERS:
+        raise InvalidInput(f"queue order: {order!r} is not one of {', '.join(ORDERS)}")
+    entries = """
+    WITH entries AS (
+        SELECT p.id, s.name AS split, p.name,
+            coalesce(v.state, 'todo') AS state,
+            (SELECT count(*) FROM reviews o WHERE o.pair_id = p.id
+                AND o.state <> 'in_progress') AS reviewers,
+            (SELECT count(*) FROM reviews o WHERE o.pair_id = p.id
+                AND o.state <> 'in_progress' AND o.annotator_id <> :annotator) AS done_by_others,
+            coalesce(t.number, 0) AS revision, t.area AS truth_px, d.area AS change_px,
+            g.max_doi, coalesce(g.inspect, 0) AS inspect
+        FROM pairs p JOIN splits s ON s.id = p.split_id
+        LEFT JOIN reviews v ON v.pair_id = p.id AND v.annotator_id = :annotator
+        LEFT JOIN ground_truth t ON t.pair_id = p.id
+        LEFT JOIN detections d ON d.pair_id = p.id AND d.run_id = :run
+        LEFT JOIN (SELECT pair_id, max(doi) AS max_doi, sum(inspect) AS inspect FROM regions
+            WHERE run_id = :run GROUP BY pair_id) g ON g.pair_id = p.id
+        WHERE (:split IS NULL OR s.name = :split)
+    ) SELECT *, count(*) OVER () AS total FROM entries WHERE (:state IS NULL OR state = :state)
+    """
+    values = {
+        "annotator": annotator_id,
+        "run": run_id,
+        "split": split,
+        "state": state,
+        "limit": limit,
+        "offset": offset,
+    }
+    query = f"{entries} ORDER BY {ORDERS[order]} LIMIT :limit OFFSET :offset"
+    rows = store.read().execute(query, values).fetchall()
+    found = [
+        QueueEntry(
+            row["id"],
+            row["split"],
+            row["name"],
+            row["state"],
+            row["revision"],
+            row["truth_px"],
+            row["change_px"],
+            row["max_doi"],
+            row["inspect"],
+            row["reviewers"],
+        )
+        for row in rows
+    ]
+    return found, rows[0]["total"] if rows else 0
+
+
+def list_progress(store: Store, annotator_id: int) -> list[Progress]:
+    """Return the progress of an annotator in every split."""
+    rows = store.read().execute(
+        "SELECT s.name, count(*) AS pairs, count(v.state) AS finished FROM pairs p"
+        " JOIN splits s ON s.id = p.split_id"
+        " LEFT JOIN reviews v ON v.pair_id = p.id AND v.annotator_id = ?"
+        " AND v.state <> 'in_progress' GROUP BY s.id ORDER BY s.name",
+        [annotator_id],
+    )
+    return [Progress(row["name"], row["pairs"], row["finished"]) for row in rows]

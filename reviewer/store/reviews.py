@@ -1,0 +1,165 @@
+"""People: annotators, the state of a pair for each of them, and their verdicts on regions."""
+
+from __future__ import annotations
+
+import sqlite3
+
+from reviewer.errors import Conflict, InvalidInput
+from reviewer.masks import empty_rle
+from reviewer.records import ReviewState, Verdict
+from reviewer.store.database import Store, mask_columns, require, utc_now
+
+VERDICTS: tuple[Verdict, ...] = ("agree", "adopt", "keep", "reject")
+STATES: tuple[ReviewState, ...] = (
+    "todo",
+    "in_progress",
+    "submitted",
+    "approved",
+    "confirmed_empty",
+)
+
+
+def annotator_id(store: Store, name: str) -> int:
+    """Return the key of an annotator, adding a new name.
+
+    Raises:
+        InvalidInput: when the name is blank or longer than 80 characters.
+    """
+    name = name.strip()
+    if not 1 <= len(name) <= 80:
+        raise InvalidInput(f"annotator name: must have 1 to 80 characters, but has {len(name)}")
+    query = "SELECT id FROM annotators WHERE name = ?"
+    row = store.read().execute(query, [name]).fetchone()
+    if row:
+        return int(row["id"])
+
+    def work(db: sqlite3.Connection) -> int:
+        db.execute(
+            "INSERT OR IGNORE INTO annotators (name, created_at) VALUES (?, ?)", [name, utc_now()]
+        )
+        return int(db.execute(query, [name]).fetchone()["id"])
+
+    return store.write(work)
+
+
+def review_state(store: Store, pair_id: int, annotator: int) -> ReviewState:
+    """Return the state of a pair for an annotator; no row means "todo"."""
+    row = (
+        store.read()
+        .execute(
+            "SELECT state FROM reviews WHERE pair_id = ? AND annotator_id = ?",
+            [pair_id, annotator],
+        )
+        .fetchone()
+    )
+    return row["state"] if row else "todo"
+
+
+def set_review_state(store: Store, pair_id: int, annotator: int, state: ReviewState) -> None:
+    """Set the state of a pair for an annotator.
+
+    "submitted" and "approved" need ground truth to speak of; "confirmed_empty" writes an all-zero
+    mask as a new revision in the same transaction.
+
+    Raises:
+        InvalidInput: when the state is unknown.
+        NotFound: when the pair does not exist.
+        Conflict: when a mask is submitted that does not exist.
+    """
+    if state not in STATES:
+        raise InvalidInput(f"review state: {state!r} is not one of {', '.join(STATES)}")
+
+    def work(db: sqlite3.Connection) -> None:
+        pair = require(
+            db.execute(
+                "SELECT s.name || '/' || p.name AS title, i.height, i.width FROM pairs p"
+                " JOIN splits s ON s.id = p.split_id JOIN images i ON i.id = p.live_id"
+                " WHERE p.id = ?",
+                [pair_id],
+            ).fetchone(),
+            f"pair {pair_id}: does not exist",
+        )
+        newest = db.execute(
+            "SELECT number, area FROM mask_revisions WHERE pair_id = ?"
+            " ORDER BY number DESC LIMIT 1",
+            [pair_id],
+        ).fetchone()
+        number = newest["number"] if newest else 0
+        if state in ("submitted", "approved") and not newest:
+            raise Conflict(
+                f"pair {pair['title']}: has no mask to submit; draw one, or confirm it empty"
+            )
+        if state == "confirmed_empty" and (newest is None or newest["area"] > 0):
+            db.execute(
+                "INSERT INTO mask_revisions (pair_id, number, parent, annotator_id, source,"
+                " height, width, rle, area, box_x, box_y, box_width, box_height, created_at)"
+                " VALUES (?, ?, ?, ?, 'confirmed_empty', ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                [
+                    pair_id,
+                    number + 1,
+                    number,
+                    annotator,
+                    *mask_columns(empty_rle(pair["height"], pair["width"])),
+                    utc_now(),
+                ],
+            )
+            number += 1
+        if state == "todo":
+            db.execute(
+                "DELETE FROM reviews WHERE pair_id = ? AND annotator_id = ?", [pair_id, annotator]
+            )
+            return
+        db.execute(
+            "INSERT INTO reviews (pair_id, annotator_id, state, revision, updated_at)"
+            " VALUES (?, ?, ?, ?, ?) ON CONFLICT (pair_id, annotator_id) DO UPDATE SET"
+            " state = excluded.state, revision = excluded.revision,"
+            " updated_at = excluded.updated_at",
+            [pair_id, annotator, state, number, utc_now()],
+        )
+
+    store.write(work)
+
+
+def touch_review(store: Store, pair_id: int, annotator: int) -> None:
+    """Mark a pair "in progress" for an annotator who has not begun it."""
+
+    def work(db: sqlite3.Connection) -> None:
+        db.execute(
+            "INSERT OR IGNORE INTO reviews (pair_id, annotator_id, state, updated_at)"
+            " VALUES (?, ?, 'in_progress', ?)",
+            [pair_id, annotator, utc_now()],
+        )
+
+    store.write(work)
+
+
+def add_audit(
+    store: Store, region_id: int, annotator: int, verdict: Verdict, comment: str = ""
+) -> tuple[int, int]:
+    """Append a verdict on a region's decision; return (run id, pair id) of the region.
+
+    Raises:
+        InvalidInput: when the verdict is unknown.
+        NotFound: when the region does not exist.
+        Conflict: when "adopt" is said of a region that has no object.
+    """
+    if verdict not in VERDICTS:
+        raise InvalidInput(f"verdict: {verdict!r} is not one of {', '.join(VERDICTS)}")
+
+    def work(db: sqlite3.Connection) -> tuple[int, int]:
+        row = require(
+            db.execute(
+                "SELECT run_id, pair_id, objects FROM regions WHERE id = ?", [region_id]
+            ).fetchone(),
+            f"region {region_id}: does not exist",
+        )
+        if verdict == "adopt" and row["objects"] == "[]":
+            raise Conflict(f"region {region_id}: has no object that could be adopted")
+        db.execute(
+            "INSERT INTO audits (region_id, annotator_id, verdict, comment, created_at)"
+            " VALUES (?, ?, ?, ?, ?)",
+            [region_id, annotator, verdict, comment, utc_now()],
+        )
+        return row["run_id"], row["pair_id"]
+
+    return store.write(work)

@@ -1,0 +1,155 @@
+"""Mask revisions: append-only ground truth with an optimistic revision check."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from reviewer.errors import Conflict, InvalidInput
+from reviewer.masks import Rle
+from reviewer.records import FINISHED, MaskRevision, RevisionSource
+from reviewer.store.database import Store, mask_columns, require, utc_now
+
+SELECT = """
+SELECT m.*, a.name AS annotator FROM {table} m
+LEFT JOIN annotators a ON a.id = m.annotator_id
+"""
+
+
+def newest_revision(store: Store, pair_id: int) -> MaskRevision | None:
+    """Return the newest ground truth of a pair; None when it has none yet."""
+    query = SELECT.format(table="mask_revisions")
+    row = (
+        store.read()
+        .execute(f"{query} WHERE m.pair_id = ? ORDER BY m.number DESC LIMIT 1", [pair_id])
+        .fetchone()
+    )
+    return _revision(row) if row else None
+
+
+def newest_revisions(store: Store) -> dict[int, MaskRevision]:
+    """Return the newest ground truth of every pair that has one, by pair id."""
+    rows = store.read().execute(SELECT.format(table="ground_truth"))
+    return {row["pair_id"]: _revision(row) for row in rows}
+
+
+def list_revisions(store: Store, pair_id: int) -> list[MaskRevision]:
+    """Return the history of a pair, oldest first."""
+    query = SELECT.format(table="mask_revisions")
+    rows = store.read().execute(f"{query} WHERE m.pair_id = ? ORDER BY m.number", [pair_id])
+    return [_revision(row) for row in rows]
+
+
+def add_revision(
+    store: Store,
+    pair_id: int,
+    mask: Rle,
+    *,
+    parent: int,
+    annotator_id: int | None,
+    source: RevisionSource,
+    ignore: Rle | None = None,
+    active_seconds: float = 0.0,
+    tool_log: Sequence[Mapping[str, Any]] = (),
+) -> int:
+    """Append ground truth made from revision `parent` (0 = none yet); return its number.
+
+    Raises:
+        NotFound: when the pair does not exist.
+        InvalidInput: when the mask has another size than the live image.
+        Conflict: when `parent` is not the newest revision, or the annotator finished the pair.
+    """
+
+    def work(db: sqlite3.Connection) -> int:
+        return _append(
+            db, pair_id, mask, parent, annotator_id, source, ignore, active_seconds, tool_log
+        )
+
+    return store.write(work)
+
+
+def _append(
+    db: sqlite3.Connection,
+    pair_id: int,
+    mask: Rle,
+    parent: int,
+    annotator_id: int | None,
+    source: RevisionSource,
+    ignore: Rle | None,
+    active_seconds: float,
+    tool_log: Sequence[Mapping[str, Any]],
+) -> int:
+    pair = require(
+        db.execute(
+            "SELECT s.name || '/' || p.name AS title, i.height, i.width FROM pairs p"
+            " JOIN splits s ON s.id = p.split_id JOIN images i ON i.id = p.live_id WHERE p.id = ?",
+            [pair_id],
+        ).fetchone(),
+        f"pair {pair_id}: does not exist",
+    )
+    size = (pair["height"], pair["width"])
+    for name, rle in (("mask", mask), ("ignore mask", ignore)):
+        if rle is not None and (rle.height, rle.width) != size:
+            raise InvalidInput(
+                f"pair {pair['title']}: the {name} is {rle.width}x{rle.height},"
+                f" but the live image is {size[1]}x{size[0]}"
+            )
+    _refuse_when_finished(db, pair_id, annotator_id, pair["title"])
+    newest = db.execute(
+        "SELECT coalesce(max(number), 0) FROM mask_revisions WHERE pair_id = ?", [pair_id]
+    ).fetchone()[0]
+    if parent != newest:
+        raise Conflict(
+            f"pair {pair['title']}: made from revision {parent}, but the newest is {newest}"
+        )
+    db.execute(
+        "INSERT INTO mask_revisions (pair_id, number, parent, annotator_id, source,"
+        " height, width, rle, area, box_x, box_y, box_width, box_height,"
+        " ignore_rle, active_seconds, tool_log, created_at)"
+        " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        [
+            pair_id,
+            parent + 1,
+            parent,
+            annotator_id,
+            source,
+            *mask_columns(mask),
+            ignore.counts if ignore else None,
+            active_seconds,
+            json.dumps(list(tool_log), separators=(",", ":")),
+            utc_now(),
+        ],
+    )
+    return parent + 1
+
+
+def _refuse_when_finished(
+    db: sqlite3.Connection, pair_id: int, annotator_id: int | None, title: str
+) -> None:
+    row = db.execute(
+        "SELECT state FROM reviews WHERE pair_id = ? AND annotator_id IS ?",
+        [pair_id, annotator_id],
+    ).fetchone()
+    if row and row["state"] in FINISHED:
+        raise Conflict(f"pair {title}: is {row['state']} and locked; reopen it to change the mask")
+
+
+def _revision(row: sqlite3.Row) -> MaskRevision:
+    return MaskRevision(
+        row["pair_id"],
+        row["number"],
+        rle_of_row(row),
+        row["ignore_rle"],
+        row["source"],
+        row["annotator"],
+        row["active_seconds"],
+        row["created_at"],
+    )
+
+
+def rle_of_row(row: sqlite3.Row) -> Rle:
+    """Return the mask of a row that has the mask columns."""
+    box = (row["box_x"], row["box_y"], row["box_width"], row["box_height"])
+    return Rle(row["height"], row["width"], row["rle"], row["area"], box)

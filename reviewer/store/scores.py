@@ -1,0 +1,90 @@
+"""Pixel counts: which ones are stale, where they are written, and how they are read pooled."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from reviewer.masks import Rle
+from reviewer.metrics import Counts
+from reviewer.records import Method, Score
+from reviewer.store.database import Store
+from reviewer.store.revisions import rle_of_row
+
+
+@dataclass(frozen=True, slots=True)
+class StaleScore:
+    """A prediction whose counts are missing or speak of an older revision."""
+
+    run_id: int
+    pair_id: int
+    method: Method
+    prediction: Rle
+    revision: int
+    truth: Rle
+    ignore: Rle | None
+
+
+def stale_scores(store: Store, pair_id: int | None = None) -> list[StaleScore]:
+    """Return the predictions to count again, of one pair or of all."""
+    query = """
+    SELECT p.*, t.number AS revision, t.rle AS t_rle, t.area AS t_area, t.ignore_rle
+    FROM predictions p JOIN ground_truth t ON t.pair_id = p.pair_id
+    LEFT JOIN scores s USING (run_id, pair_id, method)
+    WHERE (s.revision IS NULL OR s.revision <> t.number) AND (?1 IS NULL OR p.pair_id = ?1)
+    """
+    found = []
+    for row in store.read().execute(query, [pair_id]):
+        height, width = row["height"], row["width"]
+        truth = Rle(height, width, row["t_rle"], row["t_area"], (0, 0, 0, 0))
+        ignore = row["ignore_rle"]
+        found.append(
+            StaleScore(
+                row["run_id"],
+                row["pair_id"],
+                row["method"],
+                rle_of_row(row),
+                row["revision"],
+                truth,
+                Rle(height, width, ignore, 0, (0, 0, 0, 0)) if ignore else None,
+            )
+        )
+    return found
+
+
+def save_scores(store: Store, scores: Sequence[tuple[StaleScore, Counts]]) -> None:
+    """Write counts in one transaction."""
+    rows = [
+        [s.run_id, s.pair_id, s.method, s.revision, c.tp, c.fp, c.fn, c.tn, c.ignored]
+        for s, c in scores
+    ]
+    store.write(
+        lambda db: db.executemany(
+            "INSERT OR REPLACE INTO scores VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", rows
+        )
+    )
+
+
+def split_scores(store: Store, run: str | None = None) -> list[Score]:
+    """Return counts pooled per run, method and split (the view `split_scores`)."""
+    rows = store.read().execute(
+        "SELECT * FROM split_scores WHERE ?1 IS NULL OR run = ?1 ORDER BY run, method, split", [run]
+    )
+    return [_score(row) for row in rows]
+
+
+def pair_counts(store: Store, run_id: int, pair_id: int) -> dict[Method, Counts]:
+    """Return the fresh counts of one pair by method."""
+    rows = store.read().execute(
+        "SELECT * FROM pair_scores WHERE run_id = ? AND pair_id = ?", [run_id, pair_id]
+    )
+    return {row["method"]: _counts(row) for row in rows}
+
+
+def _score(row: sqlite3.Row) -> Score:
+    return Score(row["run"], row["method"], row["split"], row["pairs"], _counts(row))
+
+
+def _counts(row: sqlite3.Row) -> Counts:
+    return Counts(row["tp"], row["fp"], row["fn"], row["tn"], row["ignored"])
