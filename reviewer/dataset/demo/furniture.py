@@ -107,8 +107,8 @@ def refrigerator(rng: Rng, width: float) -> Mesh:
         box((width, 0.08, 2.0), lit).moved(0, 0.36),
         box((0.05, 0.8, 2.0), WHITE).moved(-width / 2),
         box((0.05, 0.8, 2.0), WHITE).moved(width / 2),
-        box((width, 0.8, 0.22), GREY),
-        box((width, 0.7, 0.2), Material("packaging:3"), faces={}).moved(0, 0, 1.85),
+        box((width - 0.11, 0.79, 0.22), GREY),
+        box((width - 0.11, 0.7, 0.14), WHITE).moved(0, 0, 1.85),
     ]
     for level in range(5):
         z = 0.24 + 0.32 * level

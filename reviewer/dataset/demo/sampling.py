@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from reviewer.dataset.demo.textures import make_texture
+from reviewer.dataset.demo.texture_library import make_texture
 
 
 class TextureSet:

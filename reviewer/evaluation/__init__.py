@@ -1,0 +1,1 @@
+"""From stored predictions and ground truth to counts, scores and tables."""

@@ -1,0 +1,1 @@
+"""Ground truth as files for training and evaluation elsewhere; masks never change on the way."""

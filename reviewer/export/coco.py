@@ -1,0 +1,69 @@
+"""COCO instances JSON: one annotation a changed pair, RLE segmentation, category "change".
+
+Pairs without change have an image and no annotation, as COCO has it. `iscrowd` is 0 although the
+segmentation is RLE: the mask is one region of change, not a crowd; pycocotools reads both.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from reviewer import __version__
+from reviewer.errors import Conflict
+from reviewer.export.selection import Labelled
+
+
+def coco_document(labelled: Sequence[Labelled]) -> dict[str, Any]:
+    """Return the document; ids are the pair ids of the database."""
+    images, annotations = [], []
+    for item in labelled:
+        pair, mask = item.pair, item.revision.mask
+        images.append(
+            {
+                "id": pair.id,
+                "file_name": f"{pair.split}/{pair.live.path.name}",
+                "height": mask.height,
+                "width": mask.width,
+                "split": pair.split,
+                "pair": pair.name,
+                "reference": pair.reference.path.name,
+                "sha256": pair.live.sha256,
+                "revision": item.revision.number,
+            }
+        )
+        if mask.area:
+            annotations.append(
+                {
+                    "id": pair.id,
+                    "image_id": pair.id,
+                    "category_id": 1,
+                    "segmentation": {"size": [mask.height, mask.width], "counts": mask.counts},
+                    "area": mask.area,
+                    "bbox": list(mask.box_xywh),
+                    "iscrowd": 0,
+                }
+            )
+    return {
+        "info": {"description": "change-detection ground truth", "reviewer": __version__},
+        "categories": [{"id": 1, "name": "change", "supercategory": "change"}],
+        "images": images,
+        "annotations": annotations,
+    }
+
+
+def export_coco(labelled: Sequence[Labelled], target: Path) -> int:
+    """Write the document to the file `target`; return the number of images.
+
+    Raises:
+        Conflict: when `target` exists.
+    """
+    if target.exists():
+        raise Conflict(f"{target}: exists already; export into a new file")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    partial = target.with_name(f".{target.name}.partial")
+    partial.write_text(json.dumps(coco_document(labelled)))
+    partial.replace(target)
+    return len(labelled)

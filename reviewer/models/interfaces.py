@@ -1,0 +1,79 @@
+"""What the pipeline asks of its models.
+
+Images are uint8 RGB (H, W, 3), masks bool (H, W), fields float32. Everything is in the frame of the
+live image unless it says otherwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from reviewer.errors import ReviewerError
+from reviewer.masks import Mask
+
+Image = npt.NDArray[np.uint8]
+Field = npt.NDArray[np.float32]
+
+
+class ModelFailed(ReviewerError):
+    """A model could not do this pair (say, too few matches); the run records it and goes on."""
+
+    status = 422
+
+
+@dataclass(frozen=True, slots=True)
+class Alignment:
+    """Where the live view's pixels lie in the reference image.
+
+    Attributes:
+        flow: float32 (H, W, 2), (dx, dy) in pixels: live (x, y) shows reference (x + dx, y + dy).
+        valid: bool (H, W), live pixels that the reference can be compared with.
+    """
+
+    flow: Field
+    valid: Mask
+
+
+@dataclass(frozen=True, slots=True)
+class Instance:
+    """A segmented object: bool (H, W) mask, label ('' = none), score in [0, 1]."""
+
+    mask: Mask
+    label: str
+    score: float
+
+
+@dataclass(frozen=True, slots=True)
+class Objects:
+    """Instances of O_l and of O_r, both in the live frame."""
+
+    live: tuple[Instance, ...]
+    reference: tuple[Instance, ...]
+
+
+class Aligner(Protocol):
+    """Finds the alignment of a pair."""
+
+    def align(self, reference: Image, live: Image) -> Alignment:
+        """Raises ModelFailed when the pair cannot be aligned."""
+        ...
+
+
+class Detector(Protocol):
+    """Finds changed pixels."""
+
+    def detect(self, warped: Image, live: Image, valid: Mask) -> Field:
+        """Return the probability of change, float32 (H, W) in [0, 1]; 0 outside `valid`."""
+        ...
+
+
+class Segmenter(Protocol):
+    """Finds objects on both images near a change mask."""
+
+    def segment(self, warped: Image, live: Image, change: Mask, valid: Mask) -> Objects:
+        """Return instances of O_l and O_r."""
+        ...

@@ -1,0 +1,125 @@
+"""Weight-free segmenter: object-sized segments near the detector's change mask.
+
+It stands where SAM stands in the paper: given a rough change mask it delivers object masks with
+exact borders, and tells whether the same object is in the reference. Superpixels are Felzenszwalb's
+(scikit-image); the idea of voting them with a rough mask is common practice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+from skimage.segmentation import felzenszwalb
+
+from reviewer.masks import Crop, Mask, components, dilate
+from reviewer.models.interfaces import Field, Image, Instance, Objects
+
+Labels = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class OversegmentSegmenter:
+    """Snap every changed component to the segments it covers, on both images.
+
+    Attributes:
+        scale, sigma, least_px: Felzenszwalb's parameters.
+        margin_px: how far around a component is segmented.
+        join_px: components closer than this are one object.
+        vote: share of a segment that must lie in the change mask to belong to the object.
+        present: how alike the contrast of an object must be in the reference to count as there.
+    """
+
+    scale: float = 30.0
+    sigma: float = 0.6
+    least_px: int = 10
+    margin_px: int = 24
+    join_px: int = 5
+    vote: float = 0.5
+    present: float = 0.6
+
+    def segment(self, warped: Image, live: Image, change: Mask, valid: Mask) -> Objects:
+        """Return one live instance a joined component, and the reference's instances there."""
+        found_live, found_past = [], []
+        _, groups = components(dilate(change, size_px=self.join_px))
+        for group in groups:
+            window = self._window(group, change.shape)
+            rough = change[window] & _inside(group, window)
+            if int(np.count_nonzero(rough)) < self.least_px:
+                continue
+            present, past = live[window], warped[window]
+            thing = self._snap(present, rough)
+            if thing is None:
+                continue
+            mask = _placed(thing, window, change.shape)
+            score = float(np.count_nonzero(thing & rough) / np.count_nonzero(thing | rough))
+            found_live.append(Instance(mask, "", score))
+            before = self._snap(past, rough)
+            likeness = _likeness(present, past, thing)
+            if likeness > self.present:
+                found_past.append(Instance(mask & valid, "", min(1.0, likeness)))
+            elif before is not None and _stands_out(past, before) and likeness > 0:
+                found_past.append(
+                    Instance(_placed(before, window, change.shape) & valid, "", score)
+                )
+        return Objects(tuple(found_live), tuple(found_past))
+
+    def _window(self, group: Crop, shape: tuple[int, ...]) -> tuple[slice, slice]:
+        x0, y0, x1, y1 = group.box_xyxy
+        margin = max(self.margin_px, (x1 - x0) // 3, (y1 - y0) // 3)
+        rows = slice(max(0, y0 - margin), min(shape[0], y1 + margin))
+        return rows, slice(max(0, x0 - margin), min(shape[1], x1 + margin))
+
+    def _snap(self, image: Image, rough: Mask) -> Mask | None:
+        """Return the union of the segments that the rough mask votes for, None without any."""
+        labels: Labels = felzenszwalb(
+            image, scale=self.scale, sigma=self.sigma, min_size=self.least_px
+        )
+        count = int(labels.max()) + 1
+        sizes = np.bincount(labels.ravel(), minlength=count)
+        votes = np.bincount(labels[rough], minlength=count)
+        chosen = votes > self.vote * sizes
+        thing: Mask = chosen[labels]
+        if not thing.any():
+            return None
+        closed = cv2.morphologyEx(thing.view(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
+        return np.asarray(closed, np.uint8).view(np.bool_)
+
+
+def _inside(group: Crop, window: tuple[slice, slice]) -> Mask:
+    """The pixels of a joined component, in the window's frame."""
+    rows, columns = window
+    result = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.bool_)
+    height, width = group.pixels.shape
+    y, x = group.y - rows.start, group.x - columns.start
+    result[y : y + height, x : x + width] = group.pixels
+    return result
+
+
+def _placed(part: Mask, window: tuple[slice, slice], shape: tuple[int, ...]) -> Mask:
+    mask = np.zeros(shape, np.bool_)
+    mask[window] = part
+    return mask
+
+
+def _contrast(image: Image, thing: Mask) -> Field:
+    """Colour of a thing less the colour of the ring around it, CIELAB."""
+    lab = cv2.cvtColor(image.astype(np.float32) / 255, cv2.COLOR_RGB2LAB)
+    ring = dilate(thing, size_px=9) & ~dilate(thing, size_px=3)
+    if not ring.any():
+        return np.zeros(3, np.float32)
+    return np.asarray(np.median(lab[thing], axis=0) - np.median(lab[ring], axis=0), np.float32)
+
+
+def _likeness(present: Image, past: Image, thing: Mask) -> float:
+    """Say how much of a thing's contrast the reference shows there: 1 = all, 0 = none."""
+    now, then = _contrast(present, thing), _contrast(past, thing)
+    strength = float(now @ now)
+    return float(now @ then) / strength if strength > 1.0 else 0.0
+
+
+def _stands_out(image: Image, thing: Mask) -> bool:
+    """Say whether a segment differs from what surrounds it, as an object does."""
+    return bool(np.linalg.norm(_contrast(image, thing)) > 8.0)

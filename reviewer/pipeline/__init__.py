@@ -1,0 +1,1 @@
+"""The paper's pipeline over the store: align -> detect -> search -> integrate."""

@@ -1,0 +1,112 @@
+"""Between arrays and what the store keeps: flow fields, probability maps, warped references.
+
+A flow is kept on every 4th pixel in 1/32 pixel steps: 640x480 takes about 30 KB, and the warped
+reference is made from it when somebody looks. Later stages read the kept flow, never the original,
+so a resumed run gives the same bytes as an uninterrupted one.
+"""
+
+from __future__ import annotations
+
+import zlib
+
+import cv2
+import numpy as np
+
+from reviewer.errors import InvalidInput
+from reviewer.masks import Mask, decode_rle, encode_rle
+from reviewer.models.interfaces import Alignment, Field, Image
+from reviewer.models.warping import warp_image
+from reviewer.store.runs import StoredAlignment, StoredDetection
+
+STRIDE = 4
+STEP = 32.0
+
+
+def pack_flow(flow: Field) -> bytes:
+    """Return a flow field (H, W, 2) as bytes: every 4th pixel, 1/32 pixel, compressed."""
+    height, width = flow.shape[:2]
+    x, y = np.meshgrid(_samples(width), _samples(height))
+    coarse = cv2.remap(flow, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    limited = np.clip(np.round(coarse * STEP), -32768, 32767).astype("<i2")
+    return zlib.compress(limited.tobytes(), 6)
+
+
+def unpack_flow(data: bytes, height: int, width: int, stride: int = STRIDE) -> Field:
+    """Return the float32 flow field (H, W, 2) of packed bytes.
+
+    Raises:
+        InvalidInput: when the bytes do not fit the size.
+    """
+    rows, columns = len(_samples(height, stride)), len(_samples(width, stride))
+    try:
+        values = np.frombuffer(zlib.decompress(data), "<i2").reshape(rows, columns, 2)
+    except (zlib.error, ValueError) as error:
+        raise InvalidInput(f"flow: does not fit an image of {width}x{height}, {error}") from error
+    coarse = values.astype(np.float32) / STEP
+    x, y = np.meshgrid(
+        np.arange(width, dtype=np.float32) / stride, np.arange(height, dtype=np.float32) / stride
+    )
+    full = cv2.remap(coarse, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(full, np.float32)
+
+
+def _samples(length: int, stride: int = STRIDE) -> np.ndarray:
+    """Positions of the kept samples: 0, 4, 8 .. up to the last pixel or just beyond."""
+    return np.arange(0, length - 1 + stride, stride, dtype=np.float32)
+
+
+def store_alignment(
+    alignment: Alignment, reference: Image, live: Image, seconds: float
+) -> StoredAlignment:
+    """Pack an alignment and measure how much it helped.
+
+    Residuals are mean absolute grey differences (0..255) after matching the mean light, over the
+    valid pixels, before and after the warp.
+    """
+    flow = pack_flow(alignment.flow)
+    warped = warp_image(reference, unpack_flow(flow, *live.shape[:2]))
+    return StoredAlignment(
+        flow,
+        STRIDE,
+        encode_rle(alignment.valid),
+        _residual(reference, live, alignment.valid),
+        _residual(warped, live, alignment.valid),
+        seconds,
+    )
+
+
+def load_warp(alignment: StoredAlignment, reference: Image) -> tuple[Image, Mask]:
+    """Return the reference warped to live, uint8 (H, W, 3), and the valid mask."""
+    valid = decode_rle(alignment.valid)
+    height, width = valid.shape
+    flow = unpack_flow(alignment.flow, height, width, alignment.flow_stride)
+    return warp_image(reference, flow), valid
+
+
+def _residual(reference: Image, live: Image, valid: Mask) -> float:
+    if reference.shape != live.shape or not valid.any():
+        return 255.0
+    past = cv2.cvtColor(reference, cv2.COLOR_RGB2GRAY)[valid].astype(np.float32)
+    present = cv2.cvtColor(live, cv2.COLOR_RGB2GRAY)[valid].astype(np.float32)
+    past *= present.mean() / max(float(past.mean()), 1.0)
+    return float(np.abs(past - present).mean())
+
+
+def store_detection(probability: Field, threshold: float, seconds: float) -> StoredDetection:
+    """Return M_o = probability > threshold, with the probability as an 8-bit PNG.
+
+    The mask is taken from the 8-bit values, so that map and mask never contradict each other.
+    """
+    levels = np.round(np.clip(probability, 0, 1) * 255).astype(np.uint8)
+    ok, data = cv2.imencode(".png", levels, [cv2.IMWRITE_PNG_COMPRESSION, 3])
+    assert ok, "OpenCV refused a plain grey image"
+    mask: Mask = levels > threshold * 255
+    return StoredDetection(data.tobytes(), threshold, encode_rle(mask), seconds)
+
+
+def load_probability(detection: StoredDetection) -> Field | None:
+    """Return the probability map, float32 (H, W) in [0, 1]; None when only a mask was imported."""
+    if detection.probability_png is None:
+        return None
+    levels = cv2.imdecode(np.frombuffer(detection.probability_png, np.uint8), cv2.IMREAD_GRAYSCALE)
+    return np.asarray(levels, np.float32) / np.float32(255)

@@ -1,0 +1,81 @@
+"""Every setting of a run, as one record that is stored with it."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, fields
+from importlib.metadata import version
+from typing import Any
+
+from reviewer import __version__
+from reviewer.doi import HIGH, LOW, Overlaps, Scope
+from reviewer.errors import InvalidInput
+
+IMPORTED = "imported"
+"""Stands for a detector or segmenter whose output came from elsewhere (`reviewer import-layer`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class PipelineSettings:
+    """Members by registry name, their own settings, and how DoI integrates them.
+
+    Attributes:
+        aligner, detector, segmenter: registry names; the last two may be "imported".
+        model_settings: settings of each member, by stage; defaults where empty.
+        threshold: a pixel is changed where its probability exceeds this (paper: 0.5).
+        scope, low, high, max_overlap_px, overlaps, touching_only: see `reviewer.doi.integrate`.
+    """
+
+    aligner: str = "dis"
+    detector: str = "difference"
+    segmenter: str = "oversegment"
+    model_settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    threshold: float = 0.5
+    scope: Scope = "component"
+    low: float = LOW
+    high: float = HIGH
+    max_overlap_px: int = 0
+    overlaps: Overlaps = "best"
+    touching_only: bool = False
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.threshold < 1:
+            raise InvalidInput(f"threshold: must lie in [0, 1), but is {self.threshold}")
+        if not 0 <= self.low <= self.high:
+            raise InvalidInput(
+                f"DoI thresholds: need 0 <= low <= high, not {self.low} and {self.high}"
+            )
+        if self.max_overlap_px < 0:
+            raise InvalidInput(f"max_overlap_px: must be >= 0, but is {self.max_overlap_px}")
+
+    def record(self) -> dict[str, Any]:
+        """Return the settings as plain JSON values."""
+        return asdict(self)
+
+    @classmethod
+    def of_record(cls, record: Mapping[str, Any]) -> PipelineSettings:
+        """Return the settings of a stored run.
+
+        Raises:
+            InvalidInput: when the record has settings this version does not know.
+        """
+        unknown = sorted(set(record) - {f.name for f in fields(cls)})
+        if unknown:
+            raise InvalidInput(f"run settings: {', '.join(unknown)} unknown to this version")
+        return cls(**record)
+
+    def default_name(self) -> str:
+        """Return a name from members and scope: dis-difference-oversegment-component."""
+        return f"{self.aligner}-{self.detector}-{self.segmenter}-{self.scope}"
+
+
+def current_versions() -> dict[str, str]:
+    """Return the versions that decide results."""
+    return {
+        "reviewer": __version__,
+        "python": platform.python_version(),
+        "numpy": version("numpy"),
+        "opencv": version("opencv-python-headless"),
+        "scikit-image": version("scikit-image"),
+    }
