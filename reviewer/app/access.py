@@ -1,0 +1,153 @@
+"""Who may come in: token link -> signed cookie, and Host and Origin checks on every request.
+
+The cookie carries the annotator's name under an HMAC keyed by the token, so a server restarted with
+the same `--token` knows its people. Viser and the API sit behind this guard; only the sign-in page
+and its style are open. Scripts send `Authorization: Bearer TOKEN`, and their name in `X-Annotator`.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import hmac
+import ipaddress
+import secrets
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers
+from starlette.requests import HTTPConnection
+from starlette.responses import JSONResponse, RedirectResponse, Response
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from reviewer.errors import InvalidInput
+
+OPEN_PATHS = ("/sign-in", "/static/workbench.css", "/static/sign-in.css", "/favicon.ico")
+SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
+
+
+def is_loopback(host: str) -> bool:
+    """Say whether an address or name stays on this machine."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:
+        return False
+
+
+@dataclass(frozen=True, slots=True)
+class Access:
+    """The token, the names this server answers to, and the cookie's name."""
+
+    token: str
+    hosts: frozenset[str]
+    cookie: str
+
+    @classmethod
+    def create(cls, host: str, port: int, token: str | None, allow_hosts: list[str]) -> Access:
+        """Make the access rules of a server.
+
+        Raises:
+            InvalidInput: when a host beyond this machine is asked for without a token.
+        """
+        if token is None and not is_loopback(host):
+            raise InvalidInput(
+                f"--host {host}: can be reached by others, so give a --token of your own"
+                " (or stay on 127.0.0.1 and use ssh -L)"
+            )
+        if token is not None and len(token) < 8:
+            raise InvalidInput("--token: needs at least 8 characters")
+        named = {host, *allow_hosts} - {"0.0.0.0", "::"}
+        return cls(token or secrets.token_urlsafe(18), frozenset(named), f"reviewer_{port}")
+
+    def issue(self, name: str) -> str:
+        """Return the cookie value of an annotator."""
+        payload = base64.urlsafe_b64encode(name.encode()).decode()
+        return f"{payload}.{self._sign(payload)}"
+
+    def annotator(self, connection: HTTPConnection) -> str | None:
+        """Return the annotator's name of a request, None when it is not signed in."""
+        bearer = connection.headers.get("authorization", "")
+        if bearer.startswith("Bearer "):
+            if hmac.compare_digest(bearer[7:].encode(), self.token.encode()):
+                return connection.headers.get("x-annotator", "script")
+            return None
+        payload, _, signature = connection.cookies.get(self.cookie, "").partition(".")
+        if not hmac.compare_digest(signature.encode(), self._sign(payload).encode()):
+            return None
+        return base64.urlsafe_b64decode(payload).decode()
+
+    def knows_token(self, token: str) -> bool:
+        """Compare a token in constant time."""
+        return hmac.compare_digest(token.encode(), self.token.encode())
+
+    def knows_host(self, header: str) -> bool:
+        """Say whether a Host header names this server; loopback names may come by any port."""
+        host = urlsplit(f"//{header}").hostname or ""
+        return is_loopback(host) or host in self.hosts
+
+    def _sign(self, payload: str) -> str:
+        return hmac.new(self.token.encode(), payload.encode(), hashlib.sha256).hexdigest()
+
+
+def same_origin(headers: Headers, *, required: bool) -> bool:
+    """Say whether a request comes from our own page; without an Origin only if not `required`."""
+    origin = headers.get("origin")
+    if origin is None:
+        return not required
+    return urlsplit(origin).netloc == headers.get("host")
+
+
+class Guard:
+    """ASGI middleware that lets through what `Access` allows and answers the rest itself."""
+
+    def __init__(self, app: ASGIApp, access: Access) -> None:
+        self.app = app
+        self.access = access
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Check Host, Origin and session, in that order."""
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+        connection = HTTPConnection(scope)
+        refusal = self._refuse(connection, scope)
+        if refusal is None:
+            scope.setdefault("state", {})["annotator"] = self.access.annotator(connection)
+            await self.app(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await receive()
+            await send({"type": "websocket.close", "code": 1008})
+        else:
+            await refusal(scope, receive, send)
+
+    def _refuse(self, connection: HTTPConnection, scope: Scope) -> Response | None:
+        headers = connection.headers
+        host = headers.get("host", "")
+        if not self.access.knows_host(host):
+            return problem(421, f"host {host!r}: is not this server; see --allow-host")
+        bearer = "authorization" in headers
+        socket = scope["type"] == "websocket"
+        unsafe = socket or scope["method"] not in SAFE_METHODS
+        if unsafe and not same_origin(headers, required=not bearer):
+            return problem(403, f"origin {headers.get('origin')!r}: is not this server")
+        path = scope["path"]
+        if path in OPEN_PATHS:
+            return None
+        if self.access.annotator(connection) is None:
+            wants_page = not socket and "text/html" in headers.get("accept", "")
+            if wants_page and not bearer:
+                query = scope["query_string"].decode()
+                return RedirectResponse(f"/sign-in?{query}" if query else "/sign-in", 303)
+            return problem(401, "not signed in: open the link with the token, or send it as Bearer")
+        return None
+
+
+def problem(status: int, detail: str) -> JSONResponse:
+    """Return an error as problem-JSON (RFC 9457)."""
+    return JSONResponse(
+        {"type": "about:blank", "status": status, "detail": detail},
+        status,
+        media_type="application/problem+json",
+    )

@@ -1,0 +1,256 @@
+"""HTTP endpoints of the workbench and of scripts; typed, described at /api/openapi.json.
+
+Endpoints are plain functions, so FastAPI runs them on its thread pool and the event loop stays
+free. Who asks is known from the guard (`access`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections import OrderedDict
+from threading import Lock
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
+from fastapi.concurrency import run_in_threadpool
+from pydantic import ValidationError
+
+from reviewer.app import messages as m
+from reviewer.app.details import choose_run, pair_detail
+from reviewer.app.pictures import draw_layer
+from reviewer.editing.commit import MaskEdit, commit_mask, mask_of_counts, mask_of_png
+from reviewer.editing.verdicts import give_verdict
+from reviewer.errors import InvalidInput
+from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
+from reviewer.store import runs
+from reviewer.store.database import Store
+from reviewer.store.overview import pair_overview
+from reviewer.store.pairs import pair_of_id
+from reviewer.store.queue import list_progress, list_queue
+from reviewer.store.reviews import annotator_id, set_review_state
+from reviewer.store.revisions import list_revisions, newest_revision
+
+CACHED_PICTURES = 160
+PNG: dict[str, Any] = {"image/png": {"schema": {"type": "string", "format": "binary"}}}
+MASK_REPLY: dict[int | str, dict[str, Any]] = {
+    200: {
+        "description": "0/255 PNG, or run-lengths with `Accept: application/json`",
+        "content": {**PNG, "application/json": {"schema": m.MaskReply.model_json_schema()}},
+    }
+}
+MASK_BODY = {
+    "requestBody": {
+        "required": True,
+        "content": {**PNG, "application/json": {"schema": m.MaskChange.model_json_schema()}},
+    }
+}
+
+
+class PictureCache:
+    """The last drawn layers, so that going back costs nothing; thread-safe."""
+
+    def __init__(self, size: int = CACHED_PICTURES) -> None:
+        self._size = size
+        self._pictures: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
+        self._lock = Lock()
+
+    def get(self, key: tuple[object, ...]) -> bytes | None:
+        """Return a picture, None when it is not there."""
+        with self._lock:
+            if key in self._pictures:
+                self._pictures.move_to_end(key)
+            return self._pictures.get(key)
+
+    def put(self, key: tuple[object, ...], picture: bytes) -> None:
+        """Keep a picture, and drop the one unused for longest when there are too many."""
+        with self._lock:
+            self._pictures[key] = picture
+            if len(self._pictures) > self._size:
+                self._pictures.popitem(last=False)
+
+
+def _who(request: Request) -> str:
+    return str(request.state.annotator)
+
+
+Annotator = Annotated[str, Depends(_who)]
+
+
+def build_api(store: Store) -> APIRouter:
+    """Return the router of all endpoints under /api."""
+    router = APIRouter(prefix="/api")
+    pictures = PictureCache()
+
+    @router.get("/me")
+    def me(annotator: Annotator) -> m.Me:
+        """Who is signed in."""
+        return m.Me(annotator=annotator)
+
+    @router.get("/runs")
+    def list_runs() -> list[m.RunInfo]:
+        """All runs, oldest first."""
+        return [
+            m.RunInfo(
+                id=run.id,
+                name=run.name,
+                aligner=run.aligner,
+                detector=run.detector,
+                segmenter=run.segmenter,
+            )
+            for run in runs.list_runs(store)
+        ]
+
+    @router.get("/splits")
+    def list_splits(annotator: Annotator) -> list[m.SplitProgress]:
+        """All splits with the annotator's progress."""
+        return [
+            m.SplitProgress(name=p.split, pairs=p.pairs, finished=p.finished)
+            for p in list_progress(store, annotator_id(store, annotator))
+        ]
+
+    @router.get("/pairs")
+    def list_pairs(annotator: Annotator, query: Annotated[m.QueueQuery, Query()]) -> m.PairPage:
+        """A page of the queue."""
+        run = choose_run(store, query.run)
+        entries, total = list_queue(
+            store,
+            annotator_id(store, annotator),
+            run_id=run.id if run else None,
+            split=query.split,
+            state=query.state,
+            order=query.order,
+            limit=query.limit,
+            offset=query.offset,
+        )
+        rows = [m.PairSummary.model_validate(entry, from_attributes=True) for entry in entries]
+        return m.PairPage(total=total, pairs=rows)
+
+    @router.get("/pairs/{pair_id}")
+    def get_pair(annotator: Annotator, pair_id: int, run: str | None = None) -> m.PairDetail:
+        """A pair with its layers, regions and scores."""
+        return pair_detail(store, pair_id, annotator_id(store, annotator), choose_run(store, run))
+
+    @router.get(
+        "/pairs/{pair_id}/layers/{layer}.png",
+        response_class=Response,
+        responses={200: {"content": PNG}},
+    )
+    def get_layer(
+        pair_id: int, layer: m.LayerName, run: str | None = None, v: str | None = None
+    ) -> Response:
+        """A layer as PNG; with `v` (the pair's version) the browser may keep it."""
+        pair, chosen = pair_of_id(store, pair_id), choose_run(store, run)
+        version = pair_overview(store, chosen.id, pair_id).version if chosen else "0"
+        if layer == "ground_truth":
+            newest = newest_revision(store, pair_id)
+            version = f"r{newest.number if newest else 0}"
+        key = (pair_id, layer, version)
+        picture = pictures.get(key)
+        if picture is None:
+            picture = draw_layer(store, pair, chosen, layer)
+            pictures.put(key, picture)
+        keep = "private, max-age=86400" if v == version else "no-store"
+        return Response(picture, media_type="image/png", headers={"Cache-Control": keep})
+
+    @router.get("/pairs/{pair_id}/mask", response_class=Response, responses=MASK_REPLY)
+    def get_mask(request: Request, pair_id: int) -> Response:
+        """The newest ground truth with its revision as ETag; revision 0 is all-zero."""
+        pair, newest = pair_of_id(store, pair_id), newest_revision(store, pair_id)
+        number = newest.number if newest else 0
+        mask = newest.mask if newest else empty_rle(pair.live.height, pair.live.width)
+        headers = {"ETag": f'"{number}"', "Cache-Control": "no-store"}
+        if "application/json" not in request.headers.get("accept", ""):
+            return Response(encode_png(decode_rle(mask)), media_type="image/png", headers=headers)
+        reply = m.MaskReply(
+            revision=number,
+            mask=m.RleMask(height=mask.height, width=mask.width, counts=mask.counts),
+            ignore=newest.ignore_rle if newest else None,
+            annotator=newest.annotator if newest else None,
+            created_at=newest.created_at if newest else None,
+        )
+        return Response(reply.model_dump_json(), media_type="application/json", headers=headers)
+
+    @router.put("/pairs/{pair_id}/mask", openapi_extra=MASK_BODY)
+    async def put_mask(
+        request: Request,
+        response: Response,
+        annotator: Annotator,
+        pair_id: int,
+        if_match: Annotated[str | None, Header()] = None,
+    ) -> m.Committed:
+        """Commit a mask made from the revision in If-Match: 409 when there is a newer one."""
+        edit = _read_edit(
+            request.headers.get("content-type", ""), await request.body(), _revision(if_match)
+        )
+        number = await run_in_threadpool(
+            lambda: commit_mask(store, pair_id, annotator_id(store, annotator), edit)
+        )
+        response.headers["ETag"] = f'"{number}"'
+        return m.Committed(revision=number)
+
+    @router.get("/pairs/{pair_id}/revisions")
+    def get_revisions(pair_id: int) -> list[m.RevisionInfo]:
+        """The history of a pair's ground truth, oldest first."""
+        pair_of_id(store, pair_id)
+        return [
+            m.RevisionInfo(
+                number=r.number,
+                source=r.source,
+                annotator=r.annotator,
+                area=r.mask.area,
+                active_seconds=r.active_seconds,
+                created_at=r.created_at,
+            )
+            for r in list_revisions(store, pair_id)
+        ]
+
+    @router.put("/pairs/{pair_id}/state")
+    def put_state(annotator: Annotator, pair_id: int, change: m.StateChange) -> m.StateReply:
+        """Set the annotator's state of a pair."""
+        set_review_state(store, pair_id, annotator_id(store, annotator), change.state)
+        newest = newest_revision(store, pair_id)
+        return m.StateReply(state=change.state, revision=newest.number if newest else 0)
+
+    @router.post("/regions/{region_id}/audit")
+    def post_audit(annotator: Annotator, region_id: int, change: m.VerdictChange) -> m.PairDetail:
+        """Give a verdict on a region; the answer is the pair with its new prediction."""
+        person = annotator_id(store, annotator)
+        run_id, pair_id = give_verdict(store, region_id, person, change.verdict, change.comment)
+        run = next(known for known in runs.list_runs(store) if known.id == run_id)
+        return pair_detail(store, pair_id, person, run)
+
+    return router
+
+
+def _revision(if_match: str | None) -> int:
+    found = re.fullmatch(r'(?:W/)?"?(\d{1,9})"?', if_match or "")
+    if not found:
+        raise InvalidInput(
+            f"If-Match {if_match!r}: must hold the revision the mask was made from, as its ETag"
+        )
+    return int(found[1])
+
+
+def _read_edit(content_type: str, body: bytes, parent: int) -> MaskEdit:
+    kind = content_type.partition(";")[0].strip()
+    if kind == "image/png":
+        return MaskEdit(mask_of_png(body), parent, source="api")
+    if kind != "application/json":
+        raise InvalidInput(f"Content-Type {kind!r}: send image/png or application/json")
+    try:
+        change = m.MaskChange.model_validate_json(body)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise InvalidInput(f"mask {place}: {first['msg']}") from error
+    height, width = change.mask.height, change.mask.width
+    ignore: Rle | None = None
+    if change.ignore is not None:
+        ignore = mask_of_counts(height, width, change.ignore)
+    return MaskEdit(
+        mask_of_counts(height, width, change.mask.counts),
+        parent,
+        ignore=ignore,
+        active_seconds=change.active_seconds,
+        tool_log=change.tool_log,
+    )

@@ -1,0 +1,99 @@
+"""Gather what the workbench needs to open a pair; no pixels."""
+
+from __future__ import annotations
+
+from reviewer.app.messages import LayerName, PairDetail, RegionInfo, ScoreInfo
+from reviewer.metrics import Counts, f_score, precision, recall
+from reviewer.records import Run, StoredRegion
+from reviewer.store import runs
+from reviewer.store.database import Store
+from reviewer.store.overview import pair_overview
+from reviewer.store.pairs import pair_of_id
+from reviewer.store.reviews import review_state
+from reviewer.store.revisions import newest_revision
+from reviewer.store.scores import pair_counts
+
+
+def choose_run(store: Store, name: str | None) -> Run | None:
+    """Return the named run, or the newest; None when there is no run at all.
+
+    Raises:
+        NotFound: when the named run does not exist.
+    """
+    if name:
+        return runs.run_of_name(store, name)
+    known = runs.list_runs(store)
+    return known[-1] if known else None
+
+
+def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) -> PairDetail:
+    """Return a pair with its layers, regions and scores in a run."""
+    pair = pair_of_id(store, pair_id)
+    revision = newest_revision(store, pair_id)
+    layers: list[LayerName] = ["reference", "live"]
+    regions: list[StoredRegion] = []
+    counts: dict[str, Counts] = {}
+    seen = None
+    if run is not None:
+        seen = pair_overview(store, run.id, pair_id)
+        layers += ["warped", "difference"] if seen.aligned else []
+        layers += ["detector"] if seen.detected else []
+        layers += ["objects_live", "objects_reference"] if seen.searched else []
+        layers += ["doi", "prediction"] if seen.integrated else []
+        regions = runs.load_regions(store, run.id, pair_id)
+        counts = {str(k): v for k, v in pair_counts(store, run.id, pair_id).items()}
+    if revision is not None:
+        layers.append("ground_truth")
+    return PairDetail(
+        id=pair.id,
+        split=pair.split,
+        name=pair.name,
+        height=pair.live.height,
+        width=pair.live.width,
+        reference=pair.reference.path.name,
+        live=pair.live.path.name,
+        viewpoint_distance=pair.viewpoint_distance,
+        revision=revision.number if revision else 0,
+        state=review_state(store, pair_id, annotator_id),
+        run=run.name if run else None,
+        layers=layers,
+        version=seen.version if seen else "0",
+        alignment_residual=seen.residual_after if seen else None,
+        valid_fraction=seen.valid_fraction if seen else None,
+        regions=[region_info(region) for region in regions],
+        scores={method: score_info(value) for method, value in counts.items()},
+    )
+
+
+def region_info(stored: StoredRegion) -> RegionInfo:
+    """Return a region as the API shows it."""
+    region = stored.region
+    return RegionInfo(
+        id=stored.id,
+        number=stored.number,
+        label=stored.labels,
+        overlap_px=region.overlap_px,
+        f_b=region.f_b,
+        iou=region.iou,
+        doi=region.doi,
+        choice=region.choice,
+        inspect=region.inspect,
+        reason=region.reason,
+        box_xyxy=region.box_xyxy,
+        has_object=bool(region.object_indices),
+        verdict=stored.verdict,
+        audited_by=stored.audited_by,
+    )
+
+
+def score_info(counts: Counts) -> ScoreInfo:
+    """Return counts with their scores."""
+    return ScoreInfo(
+        tp=counts.tp,
+        fp=counts.fp,
+        fn=counts.fn,
+        tn=counts.tn,
+        precision=precision(counts),
+        recall=recall(counts),
+        f_score=f_score(counts),
+    )

@@ -1,0 +1,202 @@
+"""The one public port: sign-in, API, workbench, static files, and the proxied Viser page."""
+
+from __future__ import annotations
+
+import asyncio
+import html
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import Any
+from urllib.parse import urlsplit
+
+from fastapi import FastAPI, Request, WebSocket
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse, Response
+from fastapi.staticfiles import StaticFiles
+from starlette.websockets import WebSocketDisconnect
+
+from reviewer import __version__
+from reviewer.app.access import Access, Guard, problem
+from reviewer.app.api import build_api
+from reviewer.app.desks import Desk, Desks
+from reviewer.app.proxy import ViserProxy
+from reviewer.errors import InvalidInput, ReviewerError
+from reviewer.shipped import shipped_folder
+from reviewer.store.database import Store
+from reviewer.store.reviews import annotator_id
+
+LOADED_AHEAD = 2
+PAGE_SECURITY = (
+    "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self';"
+    " connect-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'self'"
+)
+
+
+def build_gateway(
+    store: Store,
+    access: Access,
+    desks: Desks,
+    viser_port: int,
+    on_stop: Callable[[], None] = lambda: None,
+) -> FastAPI:
+    """Return the ASGI application of the public port."""
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        yield
+        await asyncio.to_thread(on_stop)
+
+    app = FastAPI(
+        title="reviewer",
+        version=__version__,
+        openapi_url="/api/openapi.json",
+        docs_url=None,
+        redoc_url=None,
+        lifespan=lifespan,
+    )
+    static = shipped_folder("static")
+    proxy = ViserProxy(viser_port)
+    app.include_router(build_api(store))
+    _answer_errors(app)
+
+    @app.middleware("http")
+    async def add_headers(request: Request, call_next: Any) -> Response:
+        response: Response = await call_next(request)
+        response.headers.setdefault("X-Content-Type-Options", "nosniff")
+        response.headers.setdefault("Referrer-Policy", "same-origin")
+        response.headers.setdefault("Content-Security-Policy", PAGE_SECURITY)
+        return response
+
+    @app.get("/sign-in", include_in_schema=False)
+    def sign_in_page(token: str = "", name: str = "") -> HTMLResponse:
+        page = (static / "sign-in.html").read_text(encoding="utf-8")
+        page = page.replace("{{token}}", html.escape(token)).replace("{{name}}", html.escape(name))
+        return HTMLResponse(page, headers={"Cache-Control": "no-store"})
+
+    @app.post("/sign-in", include_in_schema=False)
+    async def sign_in(request: Request) -> Response:
+        form = await request.form()
+        if not access.knows_token(str(form.get("token", ""))):
+            return problem(403, "token: is not this server's; open the link it printed")
+        name = str(form.get("name", "")).strip()
+        await asyncio.to_thread(annotator_id, store, name)
+        response = RedirectResponse("/", 303)
+        response.set_cookie(
+            access.cookie, access.issue(name), httponly=True, samesite="strict", max_age=30 * 86400
+        )
+        return response
+
+    @app.post("/sign-out", include_in_schema=False)
+    def sign_out() -> Response:
+        response = RedirectResponse("/sign-in", 303)
+        response.delete_cookie(access.cookie)
+        return response
+
+    @app.get("/workbench", include_in_schema=False)
+    def workbench(request: Request, client: str = "") -> Response:
+        if client and not _is_our_frame(request):
+            return RedirectResponse("/workbench", 303)
+        return FileResponse(static / "workbench.html", headers={"Cache-Control": "no-store"})
+
+    @app.get("/favicon.ico", include_in_schema=False)
+    def favicon() -> FileResponse:
+        return FileResponse(static / "icon.svg", media_type="image/svg+xml")
+
+    @app.websocket("/api/desk")
+    async def desk_socket(socket: WebSocket, client: str = "") -> None:
+        await _serve_desk(socket, store, desks, client)
+
+    @app.get("/", include_in_schema=False)
+    async def viser_page(request: Request) -> Response:
+        return await proxy.page(request)
+
+    @app.websocket("/")
+    async def viser_socket(socket: WebSocket) -> None:
+        await proxy.socket(socket)
+
+    app.mount("/static", _Static(directory=static), name="static")
+    app.add_middleware(Guard, access=access)
+    return app
+
+
+def _is_our_frame(request: Request) -> bool:
+    """Say whether a page is loaded as a frame inside our own page, not by a link.
+
+    Browsers send Sec-Fetch-* over HTTPS and to this machine; elsewhere the Referer must do, which
+    an address typed or pasted does not have.
+    """
+    site = request.headers.get("sec-fetch-site")
+    if site is not None:
+        return site == "same-origin" and request.headers.get("sec-fetch-dest") == "iframe"
+    referer = urlsplit(request.headers.get("referer", ""))
+    return referer.netloc == request.headers.get("host") and referer.path == "/"
+
+
+class _Static(StaticFiles):
+    """Static files that the browser asks after each time, so an update is seen at once."""
+
+    def file_response(self, *args: Any, **kwargs: Any) -> Response:
+        response = super().file_response(*args, **kwargs)
+        response.headers["Cache-Control"] = "no-cache"
+        return response
+
+
+def _answer_errors(app: FastAPI) -> None:
+    @app.exception_handler(ReviewerError)
+    def reviewer_error(_: Request, error: ReviewerError) -> Response:
+        return problem(error.status, str(error))
+
+    @app.exception_handler(RequestValidationError)
+    def validation_error(_: Request, error: RequestValidationError) -> Response:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        return problem(InvalidInput.status, f"{place}: {first['msg']}")
+
+
+async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, nonce: str) -> None:
+    """Join a workbench frame with its desk, and pass messages.
+
+    The guard has checked session, Host and Origin, and the frame's page has only been given to a
+    frame of our own page (`_is_our_frame`), so no link can unlock somebody else's client.
+    """
+    await socket.accept()
+    desk = (desks.find(nonce) if nonce else None) or Desk(store)
+    loop = asyncio.get_running_loop()
+    outbox: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+
+    def send(message: dict[str, Any]) -> None:
+        loop.call_soon_threadsafe(outbox.put_nowait, message)
+
+    async def write() -> None:
+        while True:
+            await socket.send_json(await outbox.get())
+
+    writer = asyncio.create_task(write())
+    try:
+        await asyncio.to_thread(desk.check_in, socket.state.annotator, send)
+        while True:
+            await asyncio.to_thread(_handle, desk, await socket.receive_json())
+    except (WebSocketDisconnect, RuntimeError):
+        pass
+    finally:
+        writer.cancel()
+
+
+def _handle(desk: Desk, message: dict[str, Any]) -> None:
+    """Do what the frame asks."""
+    kind = message.get("type")
+    if kind == "showing":
+        desk.showing(int(message["pair"]))
+        desk.send({"type": "ahead", "pairs": desk.neighbours(LOADED_AHEAD)})
+    elif kind == "step":
+        desk.step(1 if int(message["by"]) > 0 else -1)
+    elif kind == "changed":
+        desk.redraw("queue")
+    elif kind == "run":
+        desk.filter(run=str(message["run"]))
+    elif kind == "theme":
+        desk.dark = bool(message["dark"])
+        desk.redraw("theme")
+    elif kind == "window":
+        desk.window_width = int(message["width"])
+        desk.redraw("window")

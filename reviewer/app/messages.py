@@ -1,0 +1,203 @@
+"""The API's typed messages: what goes in, what comes out."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from reviewer.records import ReviewState, Verdict
+from reviewer.store.queue import Order
+
+LayerName = Literal[
+    "reference",
+    "warped",
+    "live",
+    "difference",
+    "detector",
+    "objects_live",
+    "objects_reference",
+    "doi",
+    "prediction",
+    "ground_truth",
+]
+
+
+class Message(BaseModel):
+    """Base of all messages: unknown fields are refused."""
+
+    model_config = ConfigDict(extra="forbid")
+
+
+class Me(Message):
+    """The signed-in annotator."""
+
+    annotator: str
+
+
+class RunInfo(Message):
+    """A run to look at."""
+
+    id: int
+    name: str
+    aligner: str
+    detector: str
+    segmenter: str
+
+
+class SplitProgress(Message):
+    """A split and how far the annotator is."""
+
+    name: str
+    pairs: int
+    finished: int
+
+
+class PairSummary(Message):
+    """A row of the queue."""
+
+    id: int
+    split: str
+    name: str
+    state: ReviewState
+    revision: int
+    truth_px: int | None
+    change_px: int | None
+    max_doi: float | None
+    inspect: int
+    reviewers: int
+
+
+class PairPage(Message):
+    """A page of the queue."""
+
+    total: int
+    pairs: list[PairSummary]
+
+
+class RegionInfo(Message):
+    """A region under DoI: the terms of the equation, the decision, the newest verdict."""
+
+    id: int
+    number: int
+    label: str
+    overlap_px: int
+    f_b: int
+    iou: float
+    doi: float
+    choice: Literal["adopt", "keep", "reject"]
+    inspect: bool
+    reason: str
+    box_xyxy: tuple[int, int, int, int] | None
+    has_object: bool
+    verdict: Verdict | None
+    audited_by: str | None
+
+
+class ScoreInfo(Message):
+    """Pixel counts and scores of one method on a pair."""
+
+    tp: int
+    fp: int
+    fn: int
+    tn: int
+    precision: float
+    recall: float
+    f_score: float
+
+
+class PairDetail(Message):
+    """Everything the workbench needs to open a pair, but pixels."""
+
+    id: int
+    split: str
+    name: str
+    height: int
+    width: int
+    reference: str
+    live: str
+    viewpoint_distance: float | None
+    revision: int
+    state: ReviewState
+    run: str | None
+    layers: list[LayerName]
+    version: str
+    alignment_residual: float | None
+    valid_fraction: float | None
+    regions: list[RegionInfo]
+    scores: dict[str, ScoreInfo]
+
+
+class RleMask(Message):
+    """A mask as COCO compressed run-lengths."""
+
+    height: Annotated[int, Field(gt=0, le=20000)]
+    width: Annotated[int, Field(gt=0, le=20000)]
+    counts: str
+
+
+class MaskReply(Message):
+    """The newest ground truth; revision 0 and all-zero when there is none."""
+
+    revision: int
+    mask: RleMask
+    ignore: str | None
+    annotator: str | None
+    created_at: str | None
+
+
+class MaskChange(Message):
+    """A mask to commit; the revision it was made from stands in If-Match."""
+
+    mask: RleMask
+    ignore: str | None = None
+    active_seconds: Annotated[float, Field(ge=0, le=86400, allow_inf_nan=False)] = 0.0
+    tool_log: list[dict[str, Any]] = []
+
+
+class Committed(Message):
+    """The revision that a commit made."""
+
+    revision: int
+
+
+class StateChange(Message):
+    """A new review state."""
+
+    state: ReviewState
+
+
+class StateReply(Message):
+    """The state, and the newest revision ("confirmed empty" makes one)."""
+
+    state: ReviewState
+    revision: int
+
+
+class VerdictChange(Message):
+    """A verdict on a region's decision."""
+
+    verdict: Verdict
+    comment: Annotated[str, Field(max_length=2000)] = ""
+
+
+class RevisionInfo(Message):
+    """One line of a pair's history."""
+
+    number: int
+    source: str
+    annotator: str | None
+    area: int
+    active_seconds: float
+    created_at: str
+
+
+class QueueQuery(Message):
+    """Filters and order of the queue."""
+
+    split: str | None = None
+    state: ReviewState | None = None
+    order: Order = "name"
+    run: str | None = None
+    limit: Annotated[int, Field(ge=1, le=5000)] = 100
+    offset: Annotated[int, Field(ge=0, le=10_000_000)] = 0

@@ -1,0 +1,60 @@
+"""Start the app: store, Viser shell and gateway, on one port."""
+
+from __future__ import annotations
+
+import socket
+from pathlib import Path
+
+import uvicorn
+
+from reviewer.app.access import Access
+from reviewer.app.desks import Desks
+from reviewer.app.gateway import build_gateway
+from reviewer.app.shell import Shell
+from reviewer.errors import InvalidInput
+from reviewer.store.database import Store
+
+LARGEST_MESSAGE = 64 * 2**20
+
+
+def serve_app(db: Path, *, host: str, port: int, token: str | None, allow_hosts: list[str]) -> None:
+    """Serve until interrupted; print the sign-in link first. Port 0 takes a free one.
+
+    Raises:
+        InvalidInput: when the host needs a token, or the port is taken.
+        NotFound: when the database does not exist.
+    """
+    listener = _listen(host, port)
+    number = listener.getsockname()[1]
+    access = Access.create(host, number, token, allow_hosts)
+    with Store(db) as store:
+        desks = Desks(store)
+        shell = Shell(desks)
+        app = build_gateway(store, access, desks, shell.port, on_stop=shell.stop)
+        shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
+        print(f"reviewer: http://{shown}:{number}/sign-in?token={access.token}", flush=True)
+        config = uvicorn.Config(
+            app,
+            log_level="warning",
+            ws="websockets-sansio",
+            ws_max_size=LARGEST_MESSAGE,
+            ws_per_message_deflate=False,
+            timeout_graceful_shutdown=2,
+        )
+        uvicorn.Server(config).run(sockets=[listener])
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listener.bind((host, port))
+    except OSError as error:
+        listener.close()
+        raise InvalidInput(
+            f"--host {host} --port {port}: {error.strerror}; choose another --port"
+        ) from error
+    listener.listen(128)
+    listener.set_inheritable(True)
+    return listener

@@ -1,0 +1,112 @@
+"""The Viser shell: one locked client per browser window, unlocked by its workbench frame.
+
+A client that connects shows a docked frame and nothing else. When the frame has checked in with a
+signed-in session, the queue and the map of its annotator appear. Nothing is ever put on the server
+scope of Viser, because that reaches every socket.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+from collections.abc import Callable
+
+import viser
+from viser import _messages as viser_messages
+
+from reviewer.app.desks import Desk, Desks
+from reviewer.app.map_panel import MapPanel
+from reviewer.app.queue_panel import QueuePanel
+
+ACCENT = (20, 130, 140)
+QUEUE_WIDTH = 250
+WORKBENCH_SHARE = 0.62
+
+
+class Shell:
+    """Owns the Viser server and the clients' panels."""
+
+    def __init__(self, desks: Desks) -> None:
+        """Start Viser on a free loopback port."""
+        self._desks = desks
+        self._nonces: dict[int, str] = {}
+        os.environ.pop("_VISER_PORT_OVERRIDE", None)
+        # Viser greets on stdout with a port that nobody should open.
+        with contextlib.redirect_stdout(io.StringIO()):
+            self._server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        # A client could ask Viser to open a public tunnel; ours must not.
+        for message in (viser_messages.ShareUrlRequest, viser_messages.ShareUrlDisconnect):
+            self._server._websock_server.unregister_handler(message)
+        self._server.on_client_connect(self._connect)
+        self._server.on_client_disconnect(self._disconnect)
+
+    @property
+    def port(self) -> int:
+        """The loopback port that Viser listens on."""
+        return int(self._server.get_port())
+
+    def stop(self) -> None:
+        """Stop Viser."""
+        with contextlib.redirect_stdout(io.StringIO()):
+            self._server.stop()
+
+    def _connect(self, client: viser.ClientHandle) -> None:
+        nonce, desk = self._desks.create()
+        self._nonces[client.client_id] = nonce
+        _theme(client, dark=desk.dark)
+        panel = client.gui.add_panel()
+        with panel.add_tab("Workbench", viser.Icon.BRUSH):
+            client.gui.add_html(
+                f'<iframe class="workbench-frame" title="Workbench"'
+                f' src="/workbench?client={nonce}"></iframe>'
+            )
+        panel.dock_right()
+        panel.set_width(_workbench_width(client.camera.image_width))
+        desk.redraw = _drawer(client, desk, panel)
+
+    def _disconnect(self, client: viser.ClientHandle) -> None:
+        nonce = self._nonces.pop(client.client_id, None)
+        if nonce:
+            self._desks.remove(nonce)
+
+
+def _drawer(
+    client: viser.ClientHandle, desk: Desk, workbench: viser.PanelHandle
+) -> Callable[[str], None]:
+    """Return the function that redraws a client after a change of its desk."""
+    panels: list[tuple[QueuePanel, MapPanel]] = []
+
+    def draw(what: str) -> None:
+        if what == "theme":
+            _theme(client, dark=desk.dark)
+            return
+        if what == "window":
+            workbench.set_width(_workbench_width(desk.window_width))
+            return
+        if not panels:
+            queue = QueuePanel(client, desk)
+            queue.panel.dock_left()
+            queue.panel.set_width(QUEUE_WIDTH)
+            panels.append((queue, MapPanel(client, desk)))
+        for queue, scene in panels:
+            queue.draw()
+            scene.draw()
+        client.flush()
+
+    return draw
+
+
+def _theme(client: viser.ClientHandle, *, dark: bool) -> None:
+    client.gui.configure_theme(
+        dark_mode=dark,
+        show_logo=False,
+        show_share_button=False,
+        brand_color=ACCENT,
+        control_width="small",
+    )
+
+
+def _workbench_width(window: int) -> int:
+    """The workbench takes most of the window, and leaves the queue and a map."""
+    return max(560, round(window * WORKBENCH_SHARE))

@@ -1,0 +1,79 @@
+/**
+ * Talk to the gateway: JSON over HTTP, and the desk's WebSocket. Knows URLs and errors, no state.
+ * @typedef {{height: number, width: number, counts: string}} RleMask
+ */
+
+/** An answer that is not 2xx: `status` and the problem's text. */
+export class ApiError extends Error {
+  /** @param {number} status @param {string} detail */
+  constructor(status, detail) {
+    super(detail);
+    this.status = status;
+  }
+}
+
+/** @param {string} path @param {RequestInit} [options] */
+async function call(path, options = {}) {
+  const reply = await fetch(path, { credentials: "same-origin", ...options });
+  const text = await reply.text();
+  const body = text && reply.headers.get("content-type")?.includes("json") ? JSON.parse(text) : null;
+  if (!reply.ok) throw new ApiError(reply.status, body?.detail ?? `${reply.status} ${path}`);
+  return body;
+}
+
+/** @param {string} method @param {object} body @param {Record<string, string>} [headers] */
+function send(method, body, headers = {}) {
+  return {
+    method,
+    body: JSON.stringify(body),
+    headers: { "Content-Type": "application/json", ...headers },
+  };
+}
+
+export const api = {
+  runs: () => call("/api/runs"),
+  /** @param {number} id @param {string | null} run */
+  pair: (id, run) => call(`/api/pairs/${id}${run ? `?run=${encodeURIComponent(run)}` : ""}`),
+  /** @param {number} id */
+  mask: (id) => call(`/api/pairs/${id}/mask`, { headers: { Accept: "application/json" } }),
+  /** @param {number} id @param {number} revision @param {object} change */
+  putMask: (id, revision, change) =>
+    call(`/api/pairs/${id}/mask`, send("PUT", change, { "If-Match": `"${revision}"` })),
+  /** @param {number} id @param {string} state */
+  putState: (id, state) => call(`/api/pairs/${id}/state`, send("PUT", { state })),
+  /** @param {number} region @param {string} verdict */
+  audit: (region, verdict) => call(`/api/regions/${region}/audit`, send("POST", { verdict })),
+  /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer */
+  layerUrl: (pair, layer) => {
+    const query = new URLSearchParams({ v: pair.version });
+    if (pair.run) query.set("run", pair.run);
+    return `/api/pairs/${pair.id}/layers/${layer}.png?${query}`;
+  },
+};
+
+/** The desk's socket: reconnects by itself, drops nothing that matters (state lives on the server).
+ * @param {string} client nonce of the Viser client around this frame, or ""
+ * @param {(message: any) => void} receive */
+export function openDesk(client, receive) {
+  const scheme = location.protocol === "https:" ? "wss" : "ws";
+  const url = `${scheme}://${location.host}/api/desk?client=${encodeURIComponent(client)}`;
+  let wait = 500;
+  /** @type {WebSocket} */
+  let socket;
+  const connect = () => {
+    socket = new WebSocket(url);
+    socket.onopen = () => (wait = 500);
+    socket.onmessage = (event) => receive(JSON.parse(event.data));
+    socket.onclose = () => {
+      setTimeout(connect, wait);
+      wait = Math.min(wait * 2, 8000);
+    };
+  };
+  connect();
+  return {
+    /** @param {object} message */
+    send(message) {
+      if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+    },
+  };
+}

@@ -1,0 +1,179 @@
+/**
+ * One open pair: loads it, edits its mask, saves it, gives verdicts, sets its state.
+ * Everything that happens to the state happens here; `main` wires it to the page.
+ * @typedef {import("./state.js").State} State
+ */
+import { Activity } from "./activity.js";
+import { api } from "./api.js";
+import { History } from "./history.js";
+import { emptyMask } from "./raster.js";
+import { decode, encode } from "./rle.js";
+import { Brush } from "./tools/brush.js";
+
+export class PairDesk {
+  /** @param {State} state @param {import("./saver.js").Saver} saver
+   * @param {{mask: (box: import("./raster.js").Box | null) => void, pair: (fresh: boolean) => void,
+   *   notice: (text: string, bad?: boolean) => void, changed: () => void}} on */
+  constructor(state, saver, on) {
+    this.state = state;
+    this.saver = saver;
+    this.on = on;
+    this.mask = emptyMask(1, 1);
+    this.history = new History();
+    this.activity = new Activity(() => performance.now() / 1000);
+    /** @type {Record<string, Brush>} */
+    this.tools = { brush: new Brush(1), eraser: new Brush(0) };
+    this.request = 0;
+    /** @type {Brush | null} */
+    this.active = null;
+  }
+
+  /** Open a pair; a stale answer is dropped. @param {number} id @param {string | null} run */
+  async open(id, run) {
+    const request = ++this.request;
+    const [pair, reply] = await Promise.all([api.pair(id, run), api.mask(id)]);
+    if (request !== this.request) return;
+    const { state } = this;
+    const same = state.pair?.id === id;
+    state.pair = pair;
+    state.run = pair.run;
+    state.region = same ? Math.min(state.region, pair.regions.length - 1) : -1;
+    const unsent = this.saver.unsent(id);
+    this.active = null;
+    if (!same || !unsent) {
+      state.revision = reply.revision;
+      this.mask = decode(reply.mask.counts, pair.width, pair.height);
+      this.history = new History();
+    }
+    if (!same && unsent) {
+      this.mask = decode(unsent.counts, pair.width, pair.height);
+      state.revision = unsent.revision;
+      if (!this.saver.waiting.has(id) && this.saver.flying?.id !== id) this.saver.save(unsent);
+      this.on.notice("Unsent work of this pair was found and is sent now.");
+    }
+    this.activity.take();
+    this.on.mask(null);
+    this.on.pair(!same);
+  }
+
+  /** Read regions, scores and layers again; the mask stays. */
+  async refresh() {
+    const { pair } = this.state;
+    if (!pair) return;
+    this.accept(await api.pair(pair.id, pair.run));
+  }
+
+  /** @param {import("./state.js").Pair} pair */
+  accept(pair) {
+    if (this.state.pair?.id !== pair.id) return;
+    this.state.pair = pair;
+    this.on.pair(false);
+  }
+
+  /** @param {{x: number, y: number}} at */
+  begin(at) {
+    if (!this.state.pair) return;
+    if (this.state.locked) {
+      this.on.notice(`This pair is ${this.state.pair.state.replace("_", " ")}. Press O to reopen it.`);
+      return;
+    }
+    this.active = this.tools[this.state.tool];
+    this.on.mask(this.active.begin(this.mask, at, this.state.radius));
+  }
+
+  /** @param {{x: number, y: number}} at */
+  move(at) {
+    if (this.active) this.on.mask(this.active.move(this.mask, at, this.state.radius));
+  }
+
+  end() {
+    const tool = this.active;
+    const stroke = tool?.end();
+    this.active = null;
+    if (!tool || !stroke) return;
+    if (this.history.record(tool.name, stroke.before, this.mask, stroke.box)) {
+      this.save({ tool: tool.name, radius: this.state.radius, samples: stroke.samples });
+    }
+  }
+
+  cancel() {
+    const box = this.active?.cancel(this.mask);
+    this.active = null;
+    if (box) this.on.mask(box);
+  }
+
+  /** @param {"undo" | "redo"} way */
+  step(way) {
+    if (this.state.locked || this.active) return;
+    const patch = this.history[way](this.mask);
+    if (!patch) return;
+    this.on.mask(patch.box);
+    this.save({ tool: way });
+  }
+
+  /** Put other pixels in place of the whole mask, as one action.
+   * @param {Uint8Array} data @param {string} tool */
+  replace(data, tool) {
+    const before = this.mask;
+    this.mask = { width: before.width, height: before.height, data };
+    const box = { x0: 0, y0: 0, x1: before.width, y1: before.height };
+    if (!this.history.record(tool, before, this.mask, box)) return;
+    this.on.mask(null);
+    this.save({ tool });
+  }
+
+  /** @param {object} action */
+  save(action) {
+    const { pair, revision } = this.state;
+    if (!pair) return;
+    this.saver.save({
+      id: pair.id,
+      revision,
+      width: pair.width,
+      height: pair.height,
+      counts: encode(this.mask),
+      log: [action],
+      seconds: this.activity.take(),
+    });
+  }
+
+  /** The store has a mask. @param {number} id @param {number} revision */
+  saved(id, revision) {
+    const { state } = this;
+    if (state.pair?.id !== id) return;
+    state.revision = revision;
+    if (state.pair.state === "todo") state.pair.state = "in_progress";
+    this.refresh();
+  }
+
+  /** @param {string} verdict */
+  async verdict(verdict) {
+    const { pair, region } = this.state;
+    const chosen = pair?.regions[region];
+    if (!pair || !chosen) {
+      this.on.notice("Select a region first: press Tab.");
+      return;
+    }
+    if (verdict === "adopt" && !chosen.has_object) {
+      this.on.notice("This region has no object that could be adopted.");
+      return;
+    }
+    this.accept(await api.audit(chosen.id, verdict));
+  }
+
+  /** @param {string} next @returns {Promise<boolean>} whether the state was set */
+  async setState(next) {
+    const { pair } = this.state;
+    if (!pair) return false;
+    if (!this.saver.idle) {
+      this.on.notice("The last change is not saved yet; try again in a moment.");
+      return false;
+    }
+    const reply = await api.putState(pair.id, next);
+    pair.state = reply.state;
+    if (reply.revision !== this.state.revision) await this.open(pair.id, pair.run);
+    this.on.pair(false);
+    this.on.changed();
+    return true;
+  }
+}

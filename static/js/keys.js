@@ -1,0 +1,58 @@
+/**
+ * The key table: one place that says which key does what. `?` shows it.
+ * A key is written as KeyboardEvent.key, with "Ctrl+" and "Shift+" before it where needed;
+ * "Ctrl" also stands for Command.
+ */
+
+/** @type {{key: string, action: string, title: string, group: string, held?: boolean}[]} */
+export const KEYS = [
+  { key: "b", action: "brush", title: "Brush", group: "Draw" },
+  { key: "e", action: "eraser", title: "Eraser", group: "Draw" },
+  { key: "[", action: "smaller", title: "Smaller brush", group: "Draw" },
+  { key: "]", action: "larger", title: "Larger brush", group: "Draw" },
+  { key: "Ctrl+z", action: "undo", title: "Undo", group: "Draw" },
+  { key: "Ctrl+Shift+z", action: "redo", title: "Redo", group: "Draw" },
+  { key: "Escape", action: "cancel", title: "Take back the stroke in the air", group: "Draw" },
+  { key: "p", action: "take", title: "Replace the mask with the prediction", group: "Draw" },
+  { key: "h", action: "hide", title: "Hide overlays (hold)", group: "Look", held: true },
+  { key: " ", action: "blink", title: "Blink live and reference (hold)", group: "Look", held: true },
+  { key: "f", action: "fit", title: "Fit the whole image", group: "Look" },
+  { key: "g", action: "goto", title: "Fit the selected region", group: "Look" },
+  { key: "-", action: "fainter", title: "Fainter overlays", group: "Look" },
+  { key: "=", action: "stronger", title: "Stronger overlays", group: "Look" },
+  { key: "Tab", action: "next-region", title: "Next region", group: "Audit" },
+  { key: "Shift+Tab", action: "previous-region", title: "Previous region", group: "Audit" },
+  { key: "1", action: "agree", title: "Agree with the decision", group: "Audit" },
+  { key: "2", action: "adopt", title: "Adopt the object", group: "Audit" },
+  { key: "3", action: "keep", title: "Keep the detector's mask", group: "Audit" },
+  { key: "4", action: "reject", title: "Reject: nothing changed here", group: "Audit" },
+  { key: "Enter", action: "submit", title: "Submit, and open the next pair", group: "Pair" },
+  { key: "a", action: "approve", title: "Approve", group: "Pair" },
+  { key: "0", action: "empty", title: "Confirm empty: no change", group: "Pair" },
+  { key: "o", action: "reopen", title: "Reopen a finished pair", group: "Pair" },
+  { key: "ArrowRight", action: "next", title: "Next pair", group: "Pair" },
+  { key: "ArrowLeft", action: "previous", title: "Previous pair", group: "Pair" },
+  { key: "?", action: "help", title: "Show or hide this list", group: "Pair" },
+];
+
+/** The name of the key of an event, as the table writes it. @param {KeyboardEvent} event */
+export function keyName(event) {
+  const printable = event.key.length === 1;
+  const key = printable ? event.key.toLowerCase() : event.key;
+  const control = event.ctrlKey || event.metaKey;
+  // A printable key already says by itself whether Shift was down ("?"), but for letters.
+  const shift = event.shiftKey && (!printable || key !== key.toUpperCase());
+  return (control ? "Ctrl+" : "") + (shift ? "Shift+" : "") + key;
+}
+
+/** @param {string} name @returns {string | null} */
+export function actionOf(name) {
+  const entry = KEYS.find((candidate) => candidate.key === name);
+  return entry ? entry.action : null;
+}
+
+/** @param {string} action @returns {string} */
+export function keyOf(action) {
+  const entry = KEYS.find((candidate) => candidate.action === action);
+  return entry ? entry.key.replace("ArrowRight", "→").replace("ArrowLeft", "←").replace(/^ $/, "Space") : "";
+}

@@ -1,0 +1,329 @@
+/**
+ * The workbench: puts the parts together and routes keys, buttons and the desk's messages.
+ */
+import { api, openDesk } from "./api.js";
+import { PairDesk } from "./desk.js";
+import { fit, fitBox } from "./geometry.js";
+import { showConflict } from "./conflict.js";
+import { actionOf, KEYS, keyName, keyOf } from "./keys.js";
+import { LAYERS, Pictures } from "./layers.js";
+import { MaskView } from "./maskview.js";
+import { COUNTS, Panes } from "./panes.js";
+import { listen } from "./pointer.js";
+import { area } from "./raster.js";
+import { drawRegions, drawScores } from "./regions.js";
+import { Saver } from "./saver.js";
+import { State } from "./state.js";
+import { View } from "./view.js";
+
+const STATES = {
+  todo: "to do",
+  in_progress: "in progress",
+  submitted: "submitted",
+  approved: "approved",
+  confirmed_empty: "confirmed empty",
+};
+const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
+const state = new State();
+let person = "";
+
+const maskView = new MaskView();
+const saver = new Saver({ put: api.putMask, storage: localStorage, status: showSave,
+  saved: (id, revision) => { desk.saved(id, revision); socket.send({ type: "changed" }); } });
+const desk = new PairDesk(state, saver, {
+  mask: (box) => { maskView.paint(desk.mask, box); view.ask(); },
+  pair: showPair,
+  notice,
+  changed: () => socket.send({ type: "changed" }),
+});
+const pictures = new Pictures(() => view.ask());
+const panes = new Panes($("panes"), choosePane, () => view.ask());
+const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pair, layer) : "";
+const view = new View(state, panes, maskView, pictures, url);
+const socket = openDesk(new URLSearchParams(location.search).get("client") ?? "", receive);
+
+/** @param {any} message from the server's side of the desk */
+async function receive(message) {
+  if (message.type === "ready") {
+    const first = !person;
+    person = message.annotator;
+    if (first) start();
+    const wanted = Number(new URLSearchParams(location.search).get("pair")) || message.pair;
+    if (!state.pair && wanted) await open(wanted, message.run);
+    if (!wanted) notice("There are no pairs yet. Import some: reviewer import DIR", true);
+    if (window.parent !== window) socket.send({ type: "window", width: window.parent.innerWidth });
+    await fillRuns();
+  } else if (message.type === "open" && message.pair) {
+    if (message.pair !== state.pair?.id || message.run !== state.run) await open(message.pair, message.run);
+  } else if (message.type === "ahead") {
+    for (const id of message.pairs) loadAhead(id);
+  } else if (message.type === "end") {
+    notice(message.by > 0 ? "This is the last pair of the queue." : "This is the first pair of the queue.");
+  }
+}
+
+function start() {
+  state.restore(localStorage, person);
+  panes.build(state.layers);
+  $("pane-count").replaceChildren(...COUNTS.map((n) => new Option(String(n), String(n))));
+  $("pane-count").value = String(state.layers.length);
+  $("radius").value = String(state.radius);
+  $("opacity").value = String(state.opacity);
+  showSettings();
+  socket.send({ type: "theme", dark: state.dark });
+}
+
+/** @param {number} id @param {string | null} run */
+async function open(id, run) {
+  desk.cancel();
+  try {
+    await desk.open(id, run);
+    socket.send({ type: "showing", pair: id });
+  } catch (error) {
+    notice(error instanceof Error ? error.message : String(error), true);
+  }
+}
+
+/** @param {boolean} fresh another pair than before */
+function showPair(fresh) {
+  const { pair } = state;
+  if (!pair) return;
+  panes.aspect = pair.width / pair.height;
+  if (fresh) {
+    panes.arrange();
+    const place = state.place(sessionStorage, pair.id);
+    state.view = place?.view ?? fit(pair, panes.size());
+    state.region = place?.region ?? -1;
+  }
+  $("title").textContent = `${pair.split}/${pair.name}`;
+  $("state").textContent = STATES[pair.state];
+  $("state").dataset.state = pair.state;
+  $("region-count").textContent = String(pair.regions.length);
+  for (const { element } of panes.items) element.classList.toggle("locked", state.locked);
+  for (const [action, off] of Object.entries({ submit: state.locked, empty: state.locked,
+    approve: pair.state === "approved", reopen: !state.locked, take: state.locked })) {
+    button(action).disabled = off;
+  }
+  drawScores($("scores"), pair.scores);
+  showRegions();
+  showFacts();
+  view.ask();
+}
+
+function showRegions() {
+  drawRegions($("regions"), state.pair?.regions ?? [], state.region, {
+    select: (index) => { state.region = index; goToRegion(); },
+    verdict: (index, verdict) => { state.region = index; attempt(desk.verdict(verdict)); },
+  });
+  state.rememberPlace(sessionStorage);
+}
+
+function showFacts() {
+  const { pair } = state;
+  if (!pair) return;
+  const facts = [`${pair.width}×${pair.height}`, `mask ${area(desk.mask)} px`, `revision ${state.revision}`];
+  if (pair.valid_fraction !== null) facts.push(`warp ${Math.round(pair.valid_fraction * 100)} % valid`);
+  $("facts").textContent = facts.join("   ·   ");
+  const at = state.cursor;
+  const where = at ? `x ${Math.floor(at.x)}  y ${Math.floor(at.y)}  ` : "";
+  $("where").textContent = `${where}${Math.round(state.view.scale * 100)} %`;
+}
+
+/** @param {string} status @param {string} [detail] */
+function showSave(status, detail = "") {
+  $("save").dataset.status = status;
+  $("save").textContent = detail && status !== "conflict" ? `${status}: ${detail}` : status;
+  if (status === "conflict" && state.pair) {
+    showConflict(state.pair.id, saver, (id) => { state.pair = null; open(id, state.run); });
+  }
+  if (status === "refused") notice(`Not saved: ${detail}`, true);
+}
+
+function showSettings() {
+  document.documentElement.dataset.theme = state.dark ? "dark" : "light";
+  $("radius-value").textContent = String(state.radius);
+  for (const tool of document.querySelectorAll("[data-tool]")) {
+    tool.setAttribute("aria-pressed", String(/** @type {HTMLElement} */ (tool).dataset.tool === state.tool));
+  }
+  if (person) state.remember(localStorage, person);
+  view.ask();
+}
+
+async function fillRuns() {
+  const runs = await api.runs();
+  $("run").replaceChildren(...runs.map((/** @type {any} */ run) => new Option(run.name, run.name)));
+  $("run").value = state.run ?? "";
+}
+
+/** @param {number} id decode the pictures of a pair before it is asked for */
+async function loadAhead(id) {
+  const pair = await api.pair(id, state.run);
+  for (const name of new Set(state.layers.flatMap((l) => [LAYERS[l].base, LAYERS[l].overlay]))) {
+    if (name && pair.layers.includes(name)) pictures.get(api.layerUrl(pair, name));
+  }
+}
+
+/** @param {number} index @param {string} layer */
+function choosePane(index, layer) {
+  state.layers[index] = layer;
+  showSettings();
+}
+
+function goToRegion() {
+  const box = state.pair?.regions[state.region]?.box_xyxy;
+  if (box) state.view = fitBox(box, panes.size());
+  showRegions();
+  view.ask();
+}
+
+/** @param {number} by */
+function walkRegions(by) {
+  const count = state.pair?.regions.length ?? 0;
+  if (!count) return;
+  state.region = (state.region + by + (state.region < 0 && by < 0 ? 1 : 0) + count) % count;
+  goToRegion();
+}
+
+async function takePrediction() {
+  const { pair } = state;
+  if (!pair || state.locked) return;
+  if (!pair.layers.includes("prediction")) return notice("This run has no prediction for the pair yet.", true);
+  const reply = await fetch(url("prediction"), { credentials: "same-origin" });
+  const bitmap = await createImageBitmap(await reply.blob(), { premultiplyAlpha: "none" });
+  const context = new OffscreenCanvas(pair.width, pair.height).getContext("2d");
+  context?.drawImage(bitmap, 0, 0);
+  const pixels = context?.getImageData(0, 0, pair.width, pair.height).data ?? [];
+  desk.replace(Uint8Array.from({ length: pair.width * pair.height }, (_, i) => (pixels[4 * i + 3] ? 1 : 0)), "take prediction");
+}
+
+/** @param {number} radius */
+function setRadius(radius) {
+  state.radius = Math.min(60, Math.max(1, Math.round(radius * 2) / 2));
+  $("radius").value = String(state.radius);
+  showSettings();
+}
+
+/** @param {number} opacity */
+function setOpacity(opacity) {
+  state.opacity = Math.min(1, Math.max(0, opacity));
+  $("opacity").value = String(state.opacity);
+  showSettings();
+}
+
+/** @type {Record<string, (down: boolean) => unknown>} */
+const ACTIONS = {
+  brush: () => { state.tool = "brush"; showSettings(); },
+  eraser: () => { state.tool = "eraser"; showSettings(); },
+  smaller: () => setRadius(state.radius / 1.2 - 0.25),
+  larger: () => setRadius(state.radius * 1.2 + 0.25),
+  undo: () => desk.step("undo"),
+  redo: () => desk.step("redo"),
+  cancel: () => desk.cancel(),
+  take: takePrediction,
+  hide: (down) => { state.hidden = down; view.ask(); },
+  blink: (down) => { state.blinking = down; view.ask(); },
+  fit: () => { if (state.pair) state.view = fit(state.pair, panes.size()); view.ask(); },
+  goto: goToRegion,
+  fainter: () => setOpacity(state.opacity - 0.1),
+  stronger: () => setOpacity(state.opacity + 0.1),
+  "next-region": () => walkRegions(1),
+  "previous-region": () => walkRegions(-1),
+  agree: () => desk.verdict("agree"),
+  adopt: () => desk.verdict("adopt"),
+  keep: () => desk.verdict("keep"),
+  reject: () => desk.verdict("reject"),
+  submit: async () => { if (!state.locked && await desk.setState("submitted")) socket.send({ type: "step", by: 1 }); },
+  approve: () => desk.setState("approved"),
+  empty: () => { if (!state.locked) return desk.setState("confirmed_empty"); },
+  reopen: () => desk.setState("in_progress"),
+  next: () => socket.send({ type: "step", by: 1 }),
+  previous: () => socket.send({ type: "step", by: -1 }),
+  theme: () => { state.dark = !state.dark; showSettings(); socket.send({ type: "theme", dark: state.dark }); },
+  help: () => { $("help").open ? $("help").close() : $("help").showModal(); },
+};
+
+/** Do an action; what goes wrong is told. @param {unknown} work */
+async function attempt(work) {
+  try {
+    await work;
+  } catch (error) {
+    notice(error instanceof Error ? error.message : String(error), true);
+  }
+}
+
+/** @param {string} action @returns {HTMLButtonElement} */
+function button(action) {
+  return /** @type {HTMLButtonElement} */ (document.querySelector(`button[data-action="${action}"]`));
+}
+
+let noticeTimer = 0;
+/** @param {string} text @param {boolean} [bad] */
+function notice(text, bad = false) {
+  $("notice").textContent = text;
+  $("notice").dataset.kind = bad ? "bad" : "";
+  $("notice").hidden = false;
+  clearTimeout(noticeTimer);
+  noticeTimer = window.setTimeout(() => { $("notice").hidden = true; }, bad ? 8000 : 3500);
+}
+
+for (const element of document.querySelectorAll("button[data-action]")) {
+  const control = /** @type {HTMLButtonElement} */ (element);
+  const action = /** @type {string} */ (control.dataset.action);
+  const entry = KEYS.find((candidate) => candidate.action === action);
+  if (entry) control.title = `${entry.title} (${keyOf(action)})`;
+  if (control.dataset.held) {
+    control.onpointerdown = () => ACTIONS[action](true);
+    control.onpointerup = control.onpointerleave = () => ACTIONS[action](false);
+  } else {
+    control.onclick = () => { desk.activity.note(); attempt(ACTIONS[action](true)); control.blur(); };
+  }
+}
+$("radius").oninput = () => setRadius(Number($("radius").value));
+$("opacity").oninput = () => setOpacity(Number($("opacity").value));
+$("pane-count").onchange = () => {
+  const count = Number($("pane-count").value);
+  const more = Object.keys(LAYERS).filter((layer) => !state.layers.includes(layer));
+  state.layers = [...state.layers, ...more].slice(0, count);
+  panes.build(state.layers);
+  if (state.pair) state.view = fit(state.pair, panes.size());
+  showSettings();
+};
+$("run").onchange = () => { socket.send({ type: "run", run: $("run").value }); $("run").blur(); };
+listen($("panes"), state, {
+  size: () => panes.size(),
+  begin: (at) => desk.begin(at),
+  move: (at) => desk.move(at),
+  end: () => desk.end(),
+  cancel: () => desk.cancel(),
+  resize: (factor) => setRadius(state.radius * factor),
+  changed: () => { showFacts(); state.rememberPlace(sessionStorage); view.ask(); },
+});
+for (const type of /** @type {const} */ (["keydown", "keyup"])) {
+  window.addEventListener(type, (event) => {
+    const typing = /** @type {HTMLElement} */ (event.target).matches?.("input:not([type=range]), textarea");
+    const action = actionOf(keyName(event));
+    if (typing || !action || (event.target instanceof HTMLSelectElement && event.key !== "Escape")) return;
+    const held = KEYS.find((entry) => entry.action === action)?.held;
+    if ($("conflict").open || ($("help").open && action !== "help")) return;
+    event.preventDefault();
+    if ((type === "keyup" && !held) || (held && event.repeat)) return;
+    desk.activity.note();
+    attempt(ACTIONS[action](type === "keydown"));
+  });
+}
+window.addEventListener("blur", () => { state.blinking = state.hidden = false; view.ask(); });
+window.addEventListener("online", () => saver.retry());
+window.addEventListener("beforeunload", (event) => { if (!saver.idle) event.preventDefault(); });
+const groups = [...new Set(KEYS.map((entry) => entry.group))];
+$("help-keys").append(...groups.flatMap((group) => {
+  const title = document.createElement("h3");
+  title.textContent = group;
+  return [title, ...KEYS.filter((entry) => entry.group === group).map((entry) => {
+    const row = document.createElement("div");
+    const key = document.createElement("kbd");
+    key.textContent = keyOf(entry.action);
+    row.append(entry.title, key);
+    return row;
+  })];
+}));
+showSave("saved");

@@ -1,0 +1,89 @@
+/**
+ * Pointer events on the panes -> brush strokes, panning, zooming, the linked cursor.
+ * Uses coalesced events, so a fast stroke has all its samples. Ignores the palm while a pen is down.
+ */
+import { pan, toImage, zoomAt } from "./geometry.js";
+
+/**
+ * @param {HTMLElement} root the panes' element
+ * @param {import("./state.js").State} state
+ * @param {{size: () => {width: number, height: number}, begin: (at: {x: number, y: number}) => void,
+ *   move: (at: {x: number, y: number}) => void, end: () => void, cancel: () => void,
+ *   resize: (factor: number) => void, changed: () => void}} on
+ */
+export function listen(root, state, on) {
+  /** @type {{id: number, kind: "draw" | "pan", type: string} | null} */
+  let drag = null;
+
+  /** @param {PointerEvent | WheelEvent} event */
+  const place = (event) => {
+    const canvas = /** @type {HTMLElement} */ (event.target).closest("canvas") ?? dragged;
+    const box = /** @type {HTMLElement} */ (canvas).getBoundingClientRect();
+    return { x: event.clientX - box.left, y: event.clientY - box.top };
+  };
+  /** @type {HTMLElement | null} */
+  let dragged = null;
+
+  root.addEventListener("pointerdown", (event) => {
+    const canvas = /** @type {HTMLElement} */ (event.target).closest("canvas");
+    if (!canvas) return;
+    if (drag) {
+      // A pen takes over from the palm that came first.
+      if (!(event.pointerType === "pen" && drag.type === "touch")) return;
+      on.cancel();
+    }
+    dragged = canvas;
+    canvas.setPointerCapture(event.pointerId);
+    const panning = event.button === 1 || event.shiftKey;
+    if (!panning && event.button !== 0) return;
+    drag = { id: event.pointerId, kind: panning ? "pan" : "draw", type: event.pointerType };
+    if (!panning) on.begin(toImage(state.view, on.size(), place(event)));
+    event.preventDefault();
+  });
+
+  root.addEventListener("pointermove", (event) => {
+    if (drag && drag.id !== event.pointerId) return;
+    const canvas = /** @type {HTMLElement} */ (event.target).closest("canvas");
+    if (!canvas && !drag) return;
+    if (drag?.kind === "pan") {
+      state.view = pan(state.view, event.movementX, event.movementY);
+    } else if (drag) {
+      const samples = event.getCoalescedEvents?.() ?? [];
+      for (const sample of samples.length ? samples : [event]) {
+        const box = /** @type {HTMLElement} */ (dragged).getBoundingClientRect();
+        const at = { x: sample.clientX - box.left, y: sample.clientY - box.top };
+        on.move(toImage(state.view, on.size(), at));
+      }
+    }
+    state.cursor = toImage(state.view, on.size(), place(event));
+    on.changed();
+  });
+
+  const stop = (/** @type {PointerEvent} */ event) => {
+    if (!drag || drag.id !== event.pointerId) return;
+    const { kind } = drag;
+    drag = null;
+    if (kind === "draw") event.type === "pointercancel" ? on.cancel() : on.end();
+    on.changed();
+  };
+  root.addEventListener("pointerup", stop);
+  root.addEventListener("pointercancel", stop);
+  root.addEventListener("pointerleave", () => {
+    state.cursor = null;
+    on.changed();
+  });
+  root.addEventListener("wheel", (event) => {
+    const canvas = /** @type {HTMLElement} */ (event.target).closest("canvas");
+    if (!canvas) return;
+    event.preventDefault();
+    if (event.ctrlKey) {
+      on.resize(event.deltaY < 0 ? 1.15 : 1 / 1.15);
+    } else {
+      const factor = Math.exp(-event.deltaY * 0.0015);
+      state.view = zoomAt(state.view, on.size(), place(event), factor);
+    }
+    on.changed();
+  }, { passive: false });
+  root.addEventListener("auxclick", (event) => event.preventDefault());
+  root.addEventListener("contextmenu", (event) => event.preventDefault());
+}

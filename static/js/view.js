@@ -1,0 +1,122 @@
+/**
+ * Draw the state on the panes: one requestAnimationFrame loop, which sleeps while nothing changes.
+ * Reads the state and writes nothing of it.
+ * @typedef {import("./state.js").State} State
+ */
+import { toScreen } from "./geometry.js";
+import { LAYERS } from "./layers.js";
+
+const BLINK_MS = 320;
+
+export class View {
+  /** @param {State} state @param {import("./panes.js").Panes} panes
+   * @param {import("./maskview.js").MaskView} mask @param {import("./layers.js").Pictures} pictures
+   * @param {(layer: string) => string} url address of a layer of the open pair */
+  constructor(state, panes, mask, pictures, url) {
+    Object.assign(this, { state, panes, mask, pictures, url });
+    this.state = state;
+    this.panes = panes;
+    this.mask = mask;
+    this.pictures = pictures;
+    this.url = url;
+    this.asked = false;
+  }
+
+  /** Draw soon. */
+  ask() {
+    if (this.asked) return;
+    this.asked = true;
+    requestAnimationFrame((now) => {
+      this.asked = false;
+      this.draw(now);
+    });
+  }
+
+  /** @param {number} now */
+  draw(now) {
+    const { state, panes } = this;
+    if (!state.pair) return;
+    const reference = state.blinking && Math.floor(now / BLINK_MS) % 2 === 0;
+    panes.items.forEach((item, index) => this.drawPane(item, state.layers[index], reference));
+    if (state.blinking) this.ask();
+  }
+
+  /** @param {{canvas: HTMLCanvasElement, note: HTMLElement, element: HTMLElement}} item
+   * @param {string} name @param {boolean} reference */
+  drawPane(item, name, reference) {
+    const { state, panes } = this;
+    const context = item.canvas.getContext("2d");
+    if (!context || !state.pair) return;
+    const layer = LAYERS[name];
+    const size = panes.size();
+    const ratio = item.canvas.width / size.width;
+    const { scale } = state.view;
+    const corner = toScreen(state.view, size, { x: 0, y: 0 });
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.clearRect(0, 0, item.canvas.width, item.canvas.height);
+    context.setTransform(ratio * scale, 0, 0, ratio * scale, ratio * corner.x, ratio * corner.y);
+    context.imageSmoothingEnabled = scale < 2.5;
+    const { width, height } = state.pair;
+    const available = [layer.base, layer.overlay].every((l) => !l || state.pair.layers.includes(l));
+    let note = available ? "" : `${layer.title}: not in this run yet`;
+    if (available && layer.base) {
+      const swap = reference && layer.base === "live" && state.pair.layers.includes("warped");
+      const base = this.pictures.get(this.url(swap ? "warped" : layer.base));
+      if (base.bitmap) context.drawImage(base.bitmap, 0, 0, width, height);
+      note = base.error;
+    }
+    if (available && layer.overlay && !state.hidden) {
+      const overlay = this.pictures.get(this.url(layer.overlay));
+      if (layer.dim && overlay.bitmap) {
+        context.fillStyle = "rgba(0, 0, 0, 0.35)";
+        context.fillRect(0, 0, width, height);
+      }
+      context.globalAlpha = Math.min(1, 0.35 + state.opacity);
+      if (overlay.bitmap) context.drawImage(overlay.bitmap, 0, 0, width, height);
+      context.globalAlpha = 1;
+      note = note || overlay.error;
+    }
+    this.drawMask(context, layer.mask);
+    this.drawMarks(context, scale);
+    if (item.note.textContent !== note) item.note.textContent = note;
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {string} kind */
+  drawMask(context, kind) {
+    const { state } = this;
+    if (kind === "alone") {
+      context.drawImage(this.mask.alone, 0, 0);
+      return;
+    }
+    if (state.hidden) return;
+    if (kind === "fill") {
+      context.globalAlpha = state.opacity;
+      context.drawImage(this.mask.fill, 0, 0);
+    }
+    context.globalAlpha = kind === "fill" ? 1 : 0.85;
+    context.drawImage(this.mask.rim, 0, 0);
+    context.globalAlpha = 1;
+  }
+
+  /** The selected region's box, and the brush where the cursor is, on every pane.
+   * @param {CanvasRenderingContext2D} context @param {number} scale */
+  drawMarks(context, scale) {
+    const { state } = this;
+    const box = state.pair?.regions[state.region]?.box_xyxy;
+    if (box && !state.hidden) {
+      context.lineWidth = 1.5 / scale;
+      context.strokeStyle = "#2bb3bf";
+      const margin = 3 / scale;
+      context.strokeRect(box[0] - margin, box[1] - margin,
+        box[2] - box[0] + 2 * margin, box[3] - box[1] + 2 * margin);
+    }
+    if (!state.cursor) return;
+    context.beginPath();
+    context.arc(state.cursor.x, state.cursor.y, Math.max(state.radius, 0.5), 0, 2 * Math.PI);
+    for (const [width, colour] of /** @type {const} */ ([[3, "rgba(0,0,0,.55)"], [1.3, "#fff"]])) {
+      context.lineWidth = width / scale;
+      context.strokeStyle = colour;
+      context.stroke();
+    }
+  }
+}
