@@ -7,7 +7,7 @@ import html
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import parse_qsl, urlsplit
 
 from fastapi import FastAPI, Request, WebSocket
 from fastapi.exceptions import RequestValidationError
@@ -75,10 +75,10 @@ def build_gateway(
 
     @app.post("/sign-in", include_in_schema=False)
     async def sign_in(request: Request) -> Response:
-        form = await request.form()
-        if not access.knows_token(str(form.get("token", ""))):
+        form = dict(parse_qsl((await request.body()).decode("utf-8", "replace")))
+        if not access.knows_token(form.get("token", "")):
             return problem(403, "token: is not this server's; open the link it printed")
-        name = str(form.get("name", "")).strip()
+        name = form.get("name", "").strip()
         await asyncio.to_thread(annotator_id, store, name)
         response = RedirectResponse("/", 303)
         response.set_cookie(

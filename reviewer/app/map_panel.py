@@ -1,7 +1,8 @@
 """The map in Viser: occupancy grid with low walls, and a frustum for every viewpoint.
 
-Live viewpoints are coloured by review state; those whose run asks for another look carry a red
-mark. Reference viewpoints are grey and smaller. A click on either opens the pair.
+Live viewpoints are coloured by review state (blue = to do, yellow = the open pair); those whose run
+asks for another look carry a red mark. Reference viewpoints are grey and smaller. A click on either
+opens the pair.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ CAMERA_HEIGHT = 0.45
 WALL_HEIGHT = 0.35
 OPEN_PAIR = (255, 222, 60)
 REFERENCE = (150, 156, 165)
+UNSEEN = (36, 120, 200)
 LOOK_AGAIN = (255, 64, 90)
 
 PYRAMID = np.array(
@@ -62,6 +64,7 @@ class MapPanel:
     def _build(self, split: str) -> None:
         desk, scene = self._desk, self._client.scene
         scene.reset()
+        scene.add_light_ambient("/light", intensity=1.4, color=(255, 255, 255))
         self._split, self._live, self._marks = split, None, None
         self._pairs = [p for p in list_pairs(desk.store, [split]) if p.live.pose is not None]
         map_id = next(s.map_id for s in list_splits(desk.store) if s.name == split)
@@ -106,7 +109,7 @@ class MapPanel:
     def _build_viewpoints(self) -> None:
         poses = {"reference": [p.reference.pose for p in self._pairs],
                  "live": [p.live.pose for p in self._pairs]}  # fmt: skip
-        for session, height, size in (("reference", 0.22, 0.7), ("live", CAMERA_HEIGHT, 1.0)):
+        for session, height, size in (("reference", 0.22, 0.9), ("live", CAMERA_HEIGHT, 1.5)):
             positions, turns = _placed([p for p in poses[session] if p is not None], height)
             handle = self._client.scene.add_batched_meshes_simple(
                 f"/viewpoints/{session}", PYRAMID * size, SIDES, turns, positions,
@@ -159,7 +162,7 @@ class MapPanel:
         if pair.id == self._desk.pair_id:
             return OPEN_PAIR
         state: ReviewState = entry.state if entry else "todo"
-        return STATE_COLOUR[state]
+        return UNSEEN if state == "todo" else STATE_COLOUR[state]
 
     def _aim(self, occupancy: OccupancyMap | None) -> None:
         """Look at the whole map from the south, steeply."""
@@ -169,11 +172,14 @@ class MapPanel:
             grid = occupancy.grid
             ends = [cell_centre(grid, grid.height - 1, 0), cell_centre(grid, 0, grid.width - 1)]
             low, high = np.minimum(low, ends[0]), np.maximum(high, ends[1])
-        middle, reach = (low + high) / 2, float(np.max(high - low))
+        middle = (low + high) / 2
         camera = self._client.camera
         with self._client.atomic():
             camera.up_direction = (0.0, 0.0, 1.0)
-            camera.position = (float(middle[0]), float(middle[1]) - 0.75 * reach, 1.25 * reach)
+            # A narrow canvas must stand further back to see the whole width.
+            wide, deep = (float(v) for v in high - low)
+            away = max(deep, 0.62 * wide / max(camera.aspect, 0.2))
+            camera.position = (float(middle[0]), float(middle[1]) - 0.5 * away, 1.05 * away)
             camera.look_at = (float(middle[0]), float(middle[1]), 0.0)
 
 

@@ -33,6 +33,7 @@ PAGE_STYLE = b"""<style>
 .mantine-ScrollArea-viewport:has(.workbench-frame){overflow:hidden!important}
 .mantine-ScrollArea-viewport div:has(.workbench-frame){height:100%!important;padding:0!important}
 .workbench-frame{display:block;border:0;width:100%;height:100%}
+.mantine-Button-inner{justify-content:flex-start!important}
 .mantine-Notifications-root{z-index:4!important}
 </style><title>reviewer</title></head>"""
 

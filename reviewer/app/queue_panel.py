@@ -37,6 +37,13 @@ STATE_COLOUR: dict[ReviewState, tuple[int, int, int]] = {
     "approved": (32, 160, 110),
     "confirmed_empty": (120, 110, 200),
 }
+STATE_SIGN: dict[ReviewState, str] = {
+    "todo": "○",
+    "in_progress": "◐",
+    "submitted": "●",
+    "approved": "✓",
+    "confirmed_empty": "∅",
+}
 
 
 class QueuePanel:
@@ -128,34 +135,33 @@ class QueuePanel:
                 entry = self._shown[place]
                 row.label = _row_label(entry)
                 # Viser takes None for the theme's own colour, which marks the open pair.
-                row.color = None if entry.id == desk.pair_id else _row_colour(entry)
+                row.color = None if entry.id == desk.pair_id else _row_colour(entry, dark=desk.dark)
         self._summary.content = _summary(desk, len(entries), self._page, last)
         self._progress.content = _progress(desk)
 
 
 def _row_label(entry: QueueEntry) -> str:
-    doi = "" if entry.max_doi is None else f"   DoI {entry.max_doi:.2f}"
-    return f"{entry.split}/{entry.name}{doi}"
+    doi = "" if entry.max_doi is None else f"  ·  DoI {entry.max_doi:.2f}"
+    return f"{STATE_SIGN[entry.state]}  {entry.split}/{entry.name}{doi}"
 
 
-def _row_colour(entry: QueueEntry) -> tuple[int, int, int]:
+def _row_colour(entry: QueueEntry, *, dark: bool) -> tuple[int, int, int]:
+    if entry.state == "todo":
+        return (46, 51, 60) if dark else (226, 230, 235)
     return STATE_COLOUR[entry.state]
 
 
 def _summary(desk: Desk, count: int, page: int, last: int) -> str:
     name = html.escape(desk.annotator or "")
-    dots = "".join(_legend(title, STATE_COLOUR[state]) for state, title in STATE_TITLE.items())
+    legend = "".join(
+        f'<span style="white-space:nowrap;margin-right:.7em">{STATE_SIGN[state]} {title}</span> '
+        for state, title in STATE_TITLE.items()
+    )
     return (
         '<div style="padding:.5em .75em 0;font-size:.8em;line-height:1.7">'
         f"<b>{count}</b> pairs &middot; page {page + 1} of {last + 1} &middot; {name}<br>"
-        f'<span style="opacity:.75">{dots}</span></div>'
+        f'<span style="opacity:.75">{legend}</span></div>'
     )
-
-
-def _legend(title: str, colour: tuple[int, int, int]) -> str:
-    style = "display:inline-block;width:.6em;height:.6em;border-radius:50%;margin-right:.35em"
-    dot = f'<span style="{style};background:rgb{colour}"></span>'
-    return f'<span style="white-space:nowrap;margin-right:.7em">{dot}{title}</span> '
 
 
 def _progress(desk: Desk) -> str:

@@ -80,7 +80,6 @@ def _drawer(
     def draw(what: str) -> None:
         if what == "theme":
             _theme(client, dark=desk.dark)
-            return
         if what == "window":
             workbench.set_width(_workbench_width(desk.window_width))
             return

@@ -37,7 +37,7 @@ FOLDERS: dict[Layout, list[tuple[str, str, str]]] = {
     "sequence": [("reference", "live", "mask")],
     "t0t1": [("t0", "t1", "mask"), ("A", "B", "label"), ("t0", "t1", "gt")],
 }
-"""Folder names of reference, live and mask; the first set that exists is taken."""
+"""Folder names of reference, live and mask; a set that is there with its masks goes first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,10 +131,9 @@ def import_split(
 
 
 def _names(folder: Path, layout: Layout) -> tuple[str, str, str] | None:
-    for names in FOLDERS[layout]:
-        if (folder / names[0]).is_dir() and (folder / names[1]).is_dir():
-            return names
-    return None
+    found = [names for names in FOLDERS[layout] if all((folder / n).is_dir() for n in names[:2])]
+    with_masks = [names for names in found if (folder / names[2]).is_dir()]
+    return next(iter(with_masks + found), None)
 
 
 def _why(skipped: Sequence[tuple[Path, str]]) -> str:

@@ -32,7 +32,7 @@ export function drawRegions(root, regions, selected, on) {
     swatch.style.background = doiColour(region.doi);
     const choice = element("span", "choice", region.verdict ? `${outcome} ✓` : outcome);
     choice.dataset.choice = outcome;
-    top.append(swatch, element("span", "doi", region.doi.toFixed(2)),
+    top.append(swatch, element("span", "doi", region.doi.toFixed(3)),
       element("span", "soft", `#${region.number} ${region.label}`));
     if (region.inspect) top.append(element("span", "inspect", "look again"));
     top.append(choice);

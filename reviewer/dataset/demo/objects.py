@@ -138,7 +138,8 @@ def screw(rng: Rng) -> Mesh:
     shaft = lathe(thread, material, sides=10)
     head = cylinder(0.0058, 0.0042, material, sides=6).moved(z=0.040)
     lying = rotation((0, 1, 0), np.pi / 2 + 0.06)
-    return join([shaft, head]).turned(lying).moved(-0.022, 0, 0.0052)
+    whole = join([shaft, head]).turned(lying)
+    return whole.moved(-0.022, 0, -float(whole.corners[..., 2].min()))
 
 
 def battery(rng: Rng) -> Mesh:

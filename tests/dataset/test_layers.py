@@ -1,0 +1,96 @@
+"""A lab's own detector maps and object masks come in beside ours."""
+
+import json
+
+import numpy as np
+import pytest
+
+from reviewer.dataset.layers import import_layer
+from reviewer.errors import Conflict, InvalidInput, NotFound
+from reviewer.masks import decode_rle, encode_png
+from reviewer.pipeline.fields import load_probability, store_detection
+from reviewer.pipeline.runner import prepare_run, run_pipeline
+from reviewer.pipeline.settings import PipelineSettings
+from reviewer.store.runs import finished_pairs, load_detection, load_objects, load_regions
+
+
+def pack(probability, threshold):
+    return store_detection(probability, threshold, 0.0)
+
+
+@pytest.fixture
+def own_run(db):
+    return prepare_run(db, "ours", PipelineSettings(detector="imported", segmenter="imported"))
+
+
+def maps(pairs):
+    values = np.zeros((pairs[0].live.height, pairs[0].live.width), np.float32)
+    values[40:60, 50:75] = 0.8
+    return values
+
+
+def test_probabilities_come_in_and_the_pipeline_goes_on(db, tiny_split, own_run, tmp_path):
+    folder = tmp_path / "maps" / "cs1"
+    folder.mkdir(parents=True)
+    np.save(folder / "0000.npy", maps(tiny_split))
+    (folder / "0001.png").write_bytes(encode_png(maps(tiny_split) > 0.5))
+    objects = np.zeros((1, *maps(tiny_split).shape), np.uint8)
+    objects[0, 40:60, 48:75] = 1
+    np.save(tmp_path / "0000.npy", objects)
+    (tmp_path / "0000.json").write_text(json.dumps([{"label": "pen", "score": 0.7}]))
+    report = import_layer(db, own_run, "detection", tmp_path / "maps", tiny_split, pack)
+    assert (report.imported, report.without_file) == (2, ("cs1/0002",))
+    assert import_layer(db, own_run, "live-objects", tmp_path, tiny_split[:1], pack).imported == 1
+    done = run_pipeline(db, own_run, tiny_split)
+    assert done.done == 2
+    assert "no imported detection" in done.failures[0]
+    stored = load_detection(db, own_run.id, tiny_split[0].id)
+    assert load_probability(stored)[45, 60] == pytest.approx(0.8, abs=0.002)
+    (thing,) = load_objects(db, own_run.id, tiny_split[0].id)
+    assert (thing.label, thing.score) == ("pen", 0.7)
+    (region,) = load_regions(db, own_run.id, tiny_split[0].id)
+    assert (region.labels, region.region.choice) == ("pen", "adopt")
+    assert decode_rle(thing.mask).sum() == 20 * 27
+
+
+@pytest.mark.parametrize(
+    ("array", "message"),
+    [(np.full((120, 160), np.nan, np.float32), r"probabilities lie in \[0, 1\]"),
+     (np.full((120, 160), 1.5, np.float32), "these go from 1.5"),
+     (np.zeros((3, 4), np.float32), "is 4x3 but the live image of pair cs1/0001"),
+     (np.zeros((2, 120, 160), np.float32), r"is \(height, width\)")],
+)  # fmt: skip
+def test_a_bad_map_is_refused_and_the_run_stays_as_it_was(
+    db, tiny_split, own_run, tmp_path, array, message
+):
+    np.save(tmp_path / "0000.npy", maps(tiny_split))
+    np.save(tmp_path / "0001.npy", array)
+    with pytest.raises(InvalidInput, match=message):
+        import_layer(db, own_run, "detection", tmp_path, tiny_split, pack)
+    assert finished_pairs(db, own_run.id, "detect") == set()
+
+
+def test_pickled_arrays_are_refused(db, tiny_split, own_run, tmp_path):
+    np.save(tmp_path / "0000.npy", np.array([{"a": 1}], object), allow_pickle=True)
+    with pytest.raises(InvalidInput, match=r"not a readable \.npy array"):
+        import_layer(db, own_run, "detection", tmp_path, tiny_split, pack)
+
+
+def test_names_must_match_the_masks(db, tiny_split, own_run, tmp_path):
+    labels = np.zeros((120, 160), np.uint8)
+    labels[:5], labels[10:20] = 1, 7
+    np.save(tmp_path / "0000.npy", np.stack([labels == 1, labels == 7]))
+    (tmp_path / "0000.json").write_text('[{"label": "pen"}]')
+    with pytest.raises(InvalidInput, match="names 1 objects, but the masks hold 2"):
+        import_layer(db, own_run, "live-objects", tmp_path, tiny_split, pack)
+
+
+def test_a_run_with_a_model_of_its_own_takes_no_layer(db, tiny_split, tmp_path):
+    run = prepare_run(db, None, PipelineSettings())
+    with pytest.raises(Conflict, match="is made by difference, not imported"):
+        import_layer(db, run, "detection", tmp_path, tiny_split, pack)
+
+
+def test_a_folder_without_any_file_says_what_is_expected(db, tiny_split, own_run, tmp_path):
+    with pytest.raises(NotFound, match=r"expected names such as .*cs1.0000\.png"):
+        import_layer(db, own_run, "detection", tmp_path / "maps", tiny_split, pack)

@@ -1,0 +1,82 @@
+"""Aligners: the direction of the flow, what is valid, and honest failures."""
+
+import numpy as np
+import pytest
+from conftest import textured
+
+from reviewer.errors import InvalidInput
+from reviewer.models.interfaces import ModelFailed
+from reviewer.models.registry import build_aligner, build_detector, build_segmenter
+from reviewer.models.warping import warp_image, warp_mask
+
+
+def shifted(image, dx, dy):
+    """The same scene seen so that its content lies dx to the right and dy further down."""
+    return np.roll(image, (dy, dx), axis=(0, 1))
+
+
+def large(seed):
+    return np.kron(textured(seed), np.ones((2, 2, 1), np.uint8))
+
+
+@pytest.mark.parametrize("name", ["dis", "homography"])
+def test_a_known_shift_is_found_in_the_direction_live_to_reference(name):
+    reference = large(3)
+    live = shifted(reference, 6, -4)
+    alignment = build_aligner(name).align(reference, live)
+    inner = alignment.flow[40:-40, 40:-40]
+    assert np.median(inner[..., 0]) == pytest.approx(-6, abs=0.3)
+    assert np.median(inner[..., 1]) == pytest.approx(4, abs=0.3)
+    warped = warp_image(reference, alignment.flow).astype(int)
+    error = np.abs(warped - live)[alignment.valid].mean()
+    assert error < 0.35 * np.abs(reference.astype(int) - live)[alignment.valid].mean()
+
+
+@pytest.mark.parametrize("name", ["dis", "homography"])
+def test_what_leaves_the_reference_is_not_valid(name):
+    reference = large(4)
+    alignment = build_aligner(name).align(reference, shifted(reference, 20, 0))
+    assert not alignment.valid[40:-40, :12].any()
+    assert alignment.valid[40:-40, 60:-60].mean() > 0.95
+
+
+def test_a_new_object_does_not_bend_the_flow():
+    reference = large(5)
+    live = reference.copy()
+    live[100:130, 140:180] = (250, 10, 10)
+    alignment = build_aligner("dis").align(reference, live)
+    # Believed flow may still be off by the disagreement that is allowed, and no more than that.
+    around = np.abs(alignment.flow[95:135, 135:185])
+    assert np.median(around) < 0.1 and around.max() < 2.0
+    assert alignment.valid[100:130, 140:180].all()
+
+
+def test_a_view_without_features_fails_by_name():
+    blank = np.full((120, 160, 3), 128, np.uint8)
+    with pytest.raises(ModelFailed, match="aligner homography: an image has no features"):
+        build_aligner("homography").align(blank, blank)
+
+
+def test_images_of_two_sizes_fail_by_name():
+    with pytest.raises(ModelFailed, match="aligner dis: needs images of one size"):
+        build_aligner("dis").align(textured(0), large(0))
+
+
+def test_masks_warp_by_nearest_neighbour_and_are_false_outside():
+    mask = np.zeros((6, 6), bool)
+    mask[2, 2] = True
+    flow = np.zeros((6, 6, 2), np.float32)
+    flow[..., 0] = -1
+    warped = warp_mask(mask, flow)
+    assert warped[2, 3] and warped.sum() == 1
+
+
+@pytest.mark.parametrize("build", [build_aligner, build_detector, build_segmenter])
+def test_unknown_names_and_settings_are_told_what_there_is(build):
+    with pytest.raises(InvalidInput, match="'nothing': unknown; there are "):
+        build("nothing")
+
+
+def test_an_unknown_setting_is_refused():
+    with pytest.raises(InvalidInput, match=r"detector difference: .*colour"):
+        build_detector("difference", {"colour": 1})

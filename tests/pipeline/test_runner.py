@@ -1,0 +1,178 @@
+"""The runner: results, resuming, failures, settings."""
+
+import numpy as np
+import pytest
+
+from reviewer.errors import Conflict, InvalidInput, NotFound
+from reviewer.masks import decode_rle, intersection_over_union
+from reviewer.models.interfaces import ModelFailed
+from reviewer.pipeline import runner, stages
+from reviewer.pipeline.runner import prepare_run, run_pipeline
+from reviewer.pipeline.settings import PipelineSettings
+from reviewer.store.revisions import newest_revision
+from reviewer.store.runs import (
+    finished_pairs,
+    load_detection,
+    load_prediction,
+    load_regions,
+    run_of_name,
+)
+
+
+@pytest.fixture
+def run(db, tiny_split):
+    return prepare_run(db, None, PipelineSettings())
+
+
+def everything(db, run):
+    """All that a run left in the store, without times."""
+    return {
+        table: [
+            tuple(v for k, v in zip(row.keys(), row, strict=True) if k not in ("seconds", "id"))
+            for row in db.read().execute(f"SELECT * FROM {table} ORDER BY pair_id, 1, 2, 3")
+        ]
+        for table in ("alignments", "detections", "objects", "regions", "predictions")
+    }
+
+
+def test_all_stages_find_the_new_object(db, tiny_split, run):
+    report = run_pipeline(db, run, tiny_split)
+    assert (report.done, report.failures) == (3, [])
+    truth = decode_rle(newest_revision(db, tiny_split[0].id).mask)
+    final = decode_rle(load_prediction(db, run.id, tiny_split[0].id, "doi"))
+    assert intersection_over_union(final, truth) > 0.8
+    unchanged = load_prediction(db, run.id, tiny_split[2].id, "doi")
+    assert unchanged.area == 0
+
+
+def test_a_second_run_does_nothing_again(db, tiny_split, run):
+    run_pipeline(db, run, tiny_split)
+    before = everything(db, run)
+    report = run_pipeline(db, run, tiny_split)
+    assert (report.done, report.already_done) == (0, 3)
+    assert everything(db, run) == before
+
+
+def test_a_run_in_steps_equals_a_run_at_once(db, tiny_split, run):
+    other = prepare_run(db, "in steps", PipelineSettings())
+    run_pipeline(db, run, tiny_split)
+    for stage in ("align", "detect", "search", "integrate"):
+        run_pipeline(db, other, tiny_split[:2], stages=[stage])
+        run_pipeline(db, other, tiny_split, stages=[stage], workers=2)
+    for method in ("base", "doi"):
+        for pair in tiny_split:
+            masks = [load_prediction(db, r.id, pair.id, method) for r in (run, other)]
+            assert masks[0] == masks[1]
+
+
+def test_a_stage_without_the_one_before_says_so(db, tiny_split, run):
+    report = run_pipeline(db, run, tiny_split[:1], stages=["detect"])
+    assert "not aligned in run" in report.failures[0]
+    assert finished_pairs(db, run.id, "detect") == set()
+
+
+def test_a_failing_pair_is_recorded_and_the_others_go_on(db, tiny_split, run, monkeypatch):
+    calls = []
+
+    class Moody:
+        def align(self, reference, live):
+            calls.append(1)
+            if len(calls) == 2:
+                raise ModelFailed("aligner moody: not today")
+            return real.align(reference, live)
+
+    members = stages.build_members(PipelineSettings())
+    real = members.aligner
+    moody = stages.Members(Moody(), members.detector, members.segmenter)
+    monkeypatch.setattr(runner, "build_members", lambda settings: moody)
+    report = run_pipeline(db, run, tiny_split)
+    assert (report.done, len(calls)) == (2, 3)
+    assert report.failures == ["pair cs1/0001, stage align: aligner moody: not today"]
+    (row,) = db.read().execute("SELECT * FROM failures").fetchall()
+    assert (row["stage"], row["message"]) == ("align", "aligner moody: not today")
+    assert run_pipeline(db, run, tiny_split).done == 1
+    assert db.read().execute("SELECT count(*) FROM failures").fetchone()[0] == 0
+
+
+def test_an_image_that_vanished_is_a_failure_of_its_pair(db, tiny_split, run):
+    tiny_split[1].live.path.unlink()
+    report = run_pipeline(db, run, tiny_split)
+    assert report.done == 2 and "0001.png" in report.failures[0]
+
+
+def test_runs_of_other_settings_live_side_by_side(db, tiny_split, run):
+    image = prepare_run(db, None, PipelineSettings(scope="image"))
+    assert image.id != run.id
+    run_pipeline(db, run, tiny_split)
+    run_pipeline(db, image, tiny_split)
+    assert len(load_regions(db, image.id, tiny_split[0].id)) == 1
+    assert run_of_name(db, image.name).settings["scope"] == "image"
+
+
+def test_a_name_with_other_settings_is_a_conflict(db, run):
+    with pytest.raises(Conflict, match="exists with another high"):
+        prepare_run(db, run.name, PipelineSettings(high=0.8))
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [({"threshold": 1.0}, r"threshold: must lie in \[0, 1\)"),
+     ({"low": 0.6, "high": 0.5}, "need 0 <= low <= high"),
+     ({"max_overlap_px": -1}, "must be >= 0")],
+)  # fmt: skip
+def test_settings_are_checked(settings, message):
+    with pytest.raises(InvalidInput, match=message):
+        PipelineSettings(**settings)
+
+
+def test_settings_of_a_newer_version_are_refused():
+    with pytest.raises(InvalidInput, match="magic unknown"):
+        PipelineSettings.of_record({"magic": 1})
+
+
+def test_the_mask_is_the_probability_map_above_the_threshold(db, tiny_split):
+    run = prepare_run(db, "strict", PipelineSettings(threshold=0.8))
+    run_pipeline(db, run, tiny_split[:1])
+    detection = load_detection(db, run.id, tiny_split[0].id)
+    from reviewer.pipeline.fields import load_probability
+
+    assert (decode_rle(detection.mask) == (load_probability(detection) > 0.8)).all()
+
+
+def test_verdicts_change_the_final_mask(db, tiny_split, run):
+    run_pipeline(db, run, tiny_split)
+    from reviewer.editing.verdicts import give_verdict
+    from reviewer.store.reviews import annotator_id
+
+    pair = tiny_split[0]
+    region = load_regions(db, run.id, pair.id)[0]
+    ada = annotator_id(db, "Ada")
+    for verdict, method in (("keep", "base"), ("agree", "doi")):
+        give_verdict(db, region.id, ada, verdict)
+        audited = load_prediction(db, run.id, pair.id, "audited")
+        assert audited == load_prediction(db, run.id, pair.id, method)
+    give_verdict(db, region.id, ada, "reject", "a shadow")
+    assert load_prediction(db, run.id, pair.id, "audited").area == 0
+    row = db.read().execute("SELECT * FROM doi_decisions WHERE verdict IS NOT NULL").fetchone()
+    assert (row["verdict"], row["annotator"], row["comment"]) == ("reject", "Ada", "a shadow")
+    assert db.read().execute("SELECT count(*) FROM audits").fetchone()[0] == 3
+
+
+def test_a_verdict_on_a_region_that_does_not_exist_is_refused(db):
+    from reviewer.editing.verdicts import give_verdict
+    from reviewer.store.reviews import annotator_id
+
+    with pytest.raises(NotFound, match="region 99"):
+        give_verdict(db, 99, annotator_id(db, "Ada"), "keep")
+
+
+def test_flow_survives_packing_to_a_32nd_of_a_pixel():
+    from reviewer.pipeline.fields import pack_flow, unpack_flow
+
+    y, x = np.mgrid[0:121, 0:163].astype(np.float32)
+    flow = np.stack([3 + x / 40, -2 - y / 50], axis=2)
+    back = unpack_flow(pack_flow(flow), 121, 163)
+    inner = np.abs(back - flow)[:117, :159]
+    assert inner.max() <= 1 / 32
+    with pytest.raises(InvalidInput, match="does not fit an image of 50x50"):
+        unpack_flow(pack_flow(flow), 50, 50)

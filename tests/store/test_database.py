@@ -1,0 +1,87 @@
+"""The writer, the readers, the schema."""
+
+import sqlite3
+import threading
+
+import pytest
+
+from reviewer.errors import InvalidInput, NotFound
+from reviewer.shipped import shipped_folder
+from reviewer.store.database import Store
+from reviewer.store.describe import describe_schema
+
+
+def add_person(name):
+    return lambda db: db.execute(
+        "INSERT INTO annotators (name, created_at) VALUES (?, 'now')", [name]
+    )
+
+
+def test_a_failing_write_leaves_nothing_and_the_writer_goes_on(db):
+    def fails(connection):
+        add_person("Ada")(connection)
+        raise ValueError("halfway")
+
+    with pytest.raises(ValueError, match="halfway"):
+        db.write(fails)
+    db.write(add_person("Bob"))
+    names = [row["name"] for row in db.read().execute("SELECT name FROM annotators")]
+    assert names == ["Bob"]
+
+
+def test_readers_cannot_write(db):
+    with pytest.raises(sqlite3.OperationalError, match="readonly"):
+        add_person("Ada")(db.read())
+
+
+def test_many_threads_write_one_after_another(db):
+    threads = [threading.Thread(target=db.write, args=[add_person(f"p{k}")]) for k in range(20)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert db.read().execute("SELECT count(*) FROM annotators").fetchone()[0] == 20
+
+
+def test_the_file_is_durable_and_checked(db):
+    pragmas = db.write(
+        lambda c: [c.execute(f"PRAGMA {p}").fetchone()[0] for p in ("synchronous", "foreign_keys")]
+    )
+    assert pragmas == [2, 1]
+    assert db.read().execute("PRAGMA journal_mode").fetchone()[0] == "wal"
+
+
+def test_a_missing_database_says_how_to_make_one(tmp_path):
+    with pytest.raises(NotFound, match="reviewer import"):
+        Store(tmp_path / "none.db")
+
+
+def test_a_file_that_is_no_database_is_refused(tmp_path):
+    path = tmp_path / "x.db"
+    path.write_text("this is a text, and long enough to be looked at as a database header" * 20)
+    with pytest.raises(InvalidInput, match="not a database"):
+        Store(path)
+
+
+def test_a_database_of_a_newer_version_is_refused(tmp_path):
+    with Store(tmp_path / "x.db", create=True) as store:
+        store.write(
+            lambda c: c.execute(
+                "INSERT INTO _sqlite_migrations (migration_set, name, applied_at)"
+                " VALUES ('reviewer', 'm999_future', 'now')"
+            )
+        )
+    with pytest.raises(InvalidInput, match="m999_future"):
+        Store(tmp_path / "x.db")
+
+
+def test_every_table_is_strict(db):
+    rows = db.read().execute(
+        "SELECT sql FROM sqlite_master WHERE type = 'table' AND name NOT LIKE '%sqlite%'"
+    )
+    assert all("STRICT" in row["sql"] for row in rows)
+
+
+def test_the_schema_page_is_up_to_date():
+    page = (shipped_folder("db") / "README.md").read_text()
+    assert page == describe_schema() + "\n", "run `make docs`"

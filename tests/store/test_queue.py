@@ -1,0 +1,50 @@
+"""The queue: filters, orders, pages."""
+
+import pytest
+
+from reviewer.errors import InvalidInput
+from reviewer.pipeline.runner import prepare_run, run_pipeline
+from reviewer.pipeline.settings import PipelineSettings
+from reviewer.store.queue import list_progress, list_queue
+from reviewer.store.reviews import annotator_id, set_review_state
+
+
+def names(entries):
+    return [entry.name for entry in entries]
+
+
+def test_pages_follow_one_another(db, tiny_split):
+    ada = annotator_id(db, "Ada")
+    first, total = list_queue(db, ada, limit=2)
+    second, _ = list_queue(db, ada, limit=2, offset=2)
+    assert (names(first), names(second), total) == (["0000", "0001"], ["0002"], 3)
+
+
+def test_a_state_filters_by_the_persons_own_state(db, tiny_split):
+    ada, bob = annotator_id(db, "Ada"), annotator_id(db, "Bob")
+    set_review_state(db, tiny_split[1].id, ada, "submitted")
+    assert names(list_queue(db, ada, state="submitted")[0]) == ["0001"]
+    assert names(list_queue(db, bob, state="submitted")[0]) == []
+    assert names(list_queue(db, bob, order="unreviewed")[0]) == ["0000", "0002", "0001"]
+
+
+def test_doi_and_change_size_come_from_the_run(db, tiny_split):
+    run = prepare_run(db, None, PipelineSettings(aligner="dis"))
+    run_pipeline(db, run, tiny_split)
+    entries, _ = list_queue(db, annotator_id(db, "Ada"), run_id=run.id, order="size")
+    sizes = [entry.change_px for entry in entries]
+    assert sizes == sorted(sizes, reverse=True)
+    assert sizes[0] > 100 and entries[-1].name == "0002"
+
+
+def test_an_unknown_order_is_refused(db):
+    with pytest.raises(InvalidInput, match="'colour' is not one of"):
+        list_queue(db, 1, order="colour")
+
+
+def test_progress_counts_what_a_person_finished(db, tiny_split):
+    ada = annotator_id(db, "Ada")
+    set_review_state(db, tiny_split[0].id, ada, "approved")
+    set_review_state(db, tiny_split[1].id, ada, "in_progress")
+    (progress,) = list_progress(db, ada)
+    assert (progress.split, progress.pairs, progress.finished) == ("cs1", 3, 1)

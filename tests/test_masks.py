@@ -1,0 +1,144 @@
+"""Masks survive every round trip; damaged ones are refused."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+from pycocotools import mask as coco
+
+from reviewer.errors import InvalidInput
+from reviewer.masks import (
+    as_mask,
+    components,
+    crop_to_box,
+    decode_png,
+    decode_rle,
+    dilate,
+    encode_png,
+    encode_rle,
+    intersection_over_union,
+    read_rle,
+    union,
+)
+
+VECTORS = json.loads((Path(__file__).parent / "static" / "rle_vectors.json").read_text())
+any_mask = arrays(np.bool_, array_shapes(min_dims=2, max_dims=2, max_side=40))
+
+
+@given(any_mask)
+def test_run_lengths_round_trip(mask):
+    rle = encode_rle(mask)
+    assert (decode_rle(rle) == mask).all()
+    assert rle.area == mask.sum()
+    assert read_rle(rle.height, rle.width, rle.counts) == rle
+
+
+@given(any_mask)
+def test_png_round_trips(mask):
+    assert (decode_png(encode_png(mask)) == mask).all()
+
+
+@pytest.mark.parametrize("vector", VECTORS, ids=lambda v: v["name"])
+def test_golden_vectors_agree_with_pycocotools(vector):
+    mask = np.array(vector["rows"], bool)
+    assert encode_rle(mask).counts == vector["counts"]
+    encoded = {"size": list(mask.shape), "counts": vector["counts"].encode()}
+    assert (coco.decode(encoded).astype(bool) == mask).all()
+
+
+def test_the_box_and_area_are_measured():
+    mask = np.zeros((10, 20), bool)
+    mask[2:5, 7:11] = True
+    rle = encode_rle(mask)
+    assert (rle.area, rle.box_xywh) == (12, (7, 2, 4, 3))
+
+
+def test_an_empty_mask_has_an_empty_box():
+    assert encode_rle(np.zeros((4, 5), bool)).box_xywh == (0, 0, 0, 0)
+
+
+def test_a_mask_without_pixels_is_refused():
+    with pytest.raises(InvalidInput, match="at least one pixel"):
+        encode_rle(np.zeros((0, 5), bool))
+
+
+@pytest.mark.parametrize(
+    ("counts", "message"),
+    [("d0", "cover 20 pixels"), ("~~~", "not a run-length character"), ("oo", "ends inside a run"),
+     ("ooooooooo0", "longer than any image"), ("O5", "negative")],
+)  # fmt: skip
+def test_malformed_run_lengths_are_refused(counts, message):
+    with pytest.raises(InvalidInput, match=message):
+        read_rle(4, 4, counts)
+
+
+@given(st.text(alphabet=st.characters(min_codepoint=33, max_codepoint=126), max_size=12))
+def test_any_text_is_a_mask_or_refused(text):
+    try:
+        rle = read_rle(6, 7, text)
+    except InvalidInput:
+        return
+    assert decode_rle(rle).sum() == rle.area
+
+
+def test_a_size_of_zero_is_refused():
+    with pytest.raises(InvalidInput, match="size must be positive"):
+        read_rle(0, 4, "")
+
+
+def test_a_grey_picture_is_no_mask():
+    data = cv2.imencode(".png", np.arange(16, dtype=np.uint8).reshape(4, 4))[1].tobytes()
+    with pytest.raises(InvalidInput, match="16 values"):
+        decode_png(data)
+
+
+def test_a_coloured_picture_is_no_mask():
+    data = cv2.imencode(".png", np.full((4, 4, 3), (0, 0, 255), np.uint8))[1].tobytes()
+    with pytest.raises(InvalidInput, match="has colours"):
+        decode_png(data)
+
+
+@pytest.mark.parametrize("data", [b"", b"not a png"])
+def test_bytes_that_are_no_picture_are_refused(data):
+    with pytest.raises(InvalidInput, match="not a readable image"):
+        decode_png(data)
+
+
+def test_a_mask_must_be_two_dimensional():
+    with pytest.raises(InvalidInput, match=r"\(height, width\)"):
+        as_mask(np.zeros((2, 2, 1), bool))
+
+
+def test_components_are_8_connected_and_cropped():
+    mask = np.zeros((6, 6), bool)
+    mask[0, 0] = mask[1, 1] = mask[4, 4:6] = True
+    labels, parts = components(mask)
+    assert [part.area for part in parts] == [2, 2]
+    assert parts[1].box_xyxy == (4, 4, 6, 5)
+    assert labels[1, 1] == 1
+    assert parts[0].window(mask).sum() == 2
+
+
+def test_cropping_an_empty_mask_gives_nothing():
+    assert crop_to_box(np.zeros((3, 3), bool)) is None
+
+
+def test_union_of_no_masks_is_empty():
+    assert not union([], 3, 4).any()
+
+
+def test_iou_counts_pixels():
+    a, b = np.zeros((2, 4), bool), np.zeros((2, 4), bool)
+    a[:, :2], b[:, 1:3] = True, True
+    assert intersection_over_union(a, b) == pytest.approx(2 / 6)
+
+
+def test_dilation_grows_by_half_the_kernel_each_time():
+    mask = np.zeros((21, 21), bool)
+    mask[10, 10] = True
+    assert dilate(mask, size_px=5, times=2).sum() == 81
