@@ -13,9 +13,11 @@ from fastapi import FastAPI, Request, WebSocket
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse, Response
 from fastapi.staticfiles import StaticFiles
+from pydantic import TypeAdapter, ValidationError
 from starlette.websockets import WebSocketDisconnect
 
 from reviewer import __version__
+from reviewer.app import messages as m
 from reviewer.app.access import Access, Guard, problem
 from reviewer.app.api import build_api
 from reviewer.app.desks import Desk, Desks
@@ -26,6 +28,7 @@ from reviewer.store.database import Store
 from reviewer.store.reviews import annotator_id
 
 LOADED_AHEAD = 2
+FROM_FRAME: TypeAdapter[m.FromFrame] = TypeAdapter(m.FromFrame)
 PAGE_SECURITY = (
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self';"
     " connect-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'self'"
@@ -175,28 +178,32 @@ async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, nonce: str)
     try:
         await asyncio.to_thread(desk.check_in, socket.state.annotator, send)
         while True:
-            await asyncio.to_thread(_handle, desk, await socket.receive_json())
+            text = await socket.receive_text()
+            try:
+                await asyncio.to_thread(_handle, desk, FROM_FRAME.validate_json(text))
+            except (ValidationError, ReviewerError) as error:
+                send({"type": "error", "detail": str(error)})
     except (WebSocketDisconnect, RuntimeError):
         pass
     finally:
         writer.cancel()
 
 
-def _handle(desk: Desk, message: dict[str, Any]) -> None:
+def _handle(desk: Desk, message: m.FromFrame) -> None:
     """Do what the frame asks."""
-    kind = message.get("type")
-    if kind == "showing":
-        desk.showing(int(message["pair"]))
-        desk.send({"type": "ahead", "pairs": desk.neighbours(LOADED_AHEAD)})
-    elif kind == "step":
-        desk.step(1 if int(message["by"]) > 0 else -1)
-    elif kind == "changed":
-        desk.redraw("queue")
-    elif kind == "run":
-        desk.filter(run=str(message["run"]))
-    elif kind == "theme":
-        desk.dark = bool(message["dark"])
-        desk.redraw("theme")
-    elif kind == "window":
-        desk.window_width = int(message["width"])
-        desk.redraw("window")
+    match message:
+        case m.Showing():
+            desk.showing(message.pair)
+            desk.send({"type": "ahead", "pairs": desk.neighbours(LOADED_AHEAD)})
+        case m.Step():
+            desk.step(message.by)
+        case m.Changed():
+            desk.redraw("queue")
+        case m.RunChosen():
+            desk.filter(run=message.run)
+        case m.ThemeChosen():
+            desk.dark = message.dark
+            desk.redraw("theme")
+        case m.WindowSize():
+            desk.window_width = message.width
+            desk.redraw("window")

@@ -1,0 +1,49 @@
+"""A gateway in the process, with a run to look at."""
+
+import pytest
+from starlette.testclient import TestClient
+
+from reviewer.app.access import Access
+from reviewer.app.desks import Desks
+from reviewer.app.gateway import build_gateway
+from reviewer.pipeline.runner import prepare_run, run_pipeline
+from reviewer.pipeline.settings import PipelineSettings
+
+TOKEN = "a-token-for-tests"
+BASE = "http://localhost:8000"
+
+
+@pytest.fixture
+def access():
+    return Access.create("127.0.0.1", 8000, TOKEN, [])
+
+
+@pytest.fixture
+def desks(db):
+    return Desks(db)
+
+
+@pytest.fixture
+def app(db, access, desks):
+    return build_gateway(db, access, desks, viser_port=9)
+
+
+@pytest.fixture
+def stranger(app):
+    """A client that is not signed in."""
+    return TestClient(app, base_url=BASE, follow_redirects=False)
+
+
+@pytest.fixture
+def client(app):
+    """A script's client."""
+    headers = {"Authorization": f"Bearer {TOKEN}", "X-Annotator": "Ada"}
+    return TestClient(app, base_url=BASE, headers=headers)
+
+
+@pytest.fixture
+def run(db, tiny_split):
+    """A finished run of the tiny split."""
+    run = prepare_run(db, None, PipelineSettings())
+    run_pipeline(db, run, tiny_split)
+    return run

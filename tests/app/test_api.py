@@ -1,0 +1,245 @@
+"""The API that scripts rely on."""
+
+import cv2
+import numpy as np
+import pytest
+
+from reviewer.masks import decode_png, encode_png, encode_rle
+
+JSON = {"Accept": "application/json"}
+HERE = {"Origin": "http://localhost:8000", "Host": "localhost:8000"}
+
+
+def picture(client, path):
+    reply = client.get(path)
+    assert reply.status_code == 200, reply.text
+    return cv2.imdecode(np.frombuffer(reply.content, np.uint8), cv2.IMREAD_UNCHANGED)
+
+
+def some_mask(value=True):
+    mask = np.zeros((120, 160), bool)
+    mask[5:9, 7:20] = value
+    return mask
+
+
+def put_png(client, pair, revision, data=None):
+    headers = {"If-Match": f'"{revision}"', "Content-Type": "image/png"}
+    content = encode_png(some_mask()) if data is None else data
+    return client.put(f"/api/pairs/{pair}/mask", content=content, headers=headers)
+
+
+def put_json(client, pair, revision, **change):
+    rle = encode_rle(some_mask())
+    body = {"mask": {"height": rle.height, "width": rle.width, "counts": rle.counts}, **change}
+    return client.put(f"/api/pairs/{pair}/mask", json=body, headers={"If-Match": f'"{revision}"'})
+
+
+def test_the_queue_is_paged_and_filtered(client, run):
+    page = client.get("/api/pairs", params={"limit": 2, "order": "size"}).json()
+    assert page["total"] == 3 and len(page["pairs"]) == 2
+    assert page["pairs"][0]["change_px"] >= page["pairs"][1]["change_px"] > 0
+    assert (
+        client.get("/api/pairs", params={"split": "cs1", "state": "submitted"}).json()["total"] == 0
+    )
+
+
+@pytest.mark.parametrize("params", [{"limit": 0}, {"order": "colour"}, {"state": "x"}, {"limt": 3}])
+def test_a_bad_query_is_told(client, params):
+    reply = client.get("/api/pairs", params=params)
+    assert reply.status_code == 422
+    assert next(iter(params)) in reply.json()["detail"]
+
+
+def test_a_pair_tells_its_layers_regions_and_scores(client, run, tiny_split):
+    detail = client.get(f"/api/pairs/{tiny_split[0].id}").json()
+    assert set(detail["layers"]) >= {"reference", "live", "warped", "doi", "prediction"}
+    (region,) = detail["regions"]
+    assert region["f_b"] == 1 and 0 < region["doi"] < 0.9 and region["choice"] == "adopt"
+    assert (detail["revision"], detail["state"], detail["run"]) == (1, "todo", run.name)
+
+
+def test_a_pair_without_a_run_has_its_images(client, tiny_split):
+    detail = client.get(f"/api/pairs/{tiny_split[0].id}").json()
+    assert detail["layers"] == ["reference", "live", "ground_truth"] and detail["run"] is None
+
+
+@pytest.mark.parametrize(
+    ("layer", "channels"),
+    [("reference", 3), ("warped", 3), ("live", 3), ("difference", 3), ("detector", 4),
+     ("objects_live", 4), ("objects_reference", 4), ("doi", 4), ("prediction", 4),
+     ("ground_truth", 4)],
+)  # fmt: skip
+def test_every_layer_is_a_picture_of_the_pairs_size(client, run, layer, channels):
+    assert picture(client, f"/api/pairs/1/layers/{layer}.png").shape == (120, 160, channels)
+
+
+def test_the_prediction_layer_is_the_predicted_mask(client, run):
+    alpha = picture(client, "/api/pairs/1/layers/prediction.png")[..., 3] > 0
+    assert alpha[42:58, 52:73].all() and alpha.sum() < 800
+
+
+def test_a_layer_that_is_not_there_is_told(client, tiny_split):
+    reply = client.get("/api/pairs/1/layers/doi.png")
+    assert reply.status_code == 404 and "needs a run" in reply.json()["detail"]
+    assert client.get("/api/pairs/1/layers/colour.png").status_code == 422
+    assert client.get("/api/pairs/99/layers/live.png").status_code == 404
+
+
+def test_a_layer_is_kept_by_the_browser_only_under_its_version(client, run):
+    version = client.get("/api/pairs/1").json()["version"]
+    kept = client.get("/api/pairs/1/layers/doi.png", params={"v": version})
+    assert "max-age" in kept.headers["cache-control"]
+    assert client.get("/api/pairs/1/layers/doi.png").headers["cache-control"] == "no-store"
+
+
+def test_the_mask_comes_as_png_or_run_lengths_with_its_revision(client, tiny_split):
+    png = client.get("/api/pairs/1/mask")
+    assert (png.headers["etag"], png.headers["content-type"]) == ('"1"', "image/png")
+    body = client.get("/api/pairs/1/mask", headers=JSON).json()
+    assert body["mask"]["counts"] == encode_rle(decode_png(png.content)).counts
+    assert body["revision"] == 1
+
+
+@pytest.mark.parametrize("put", [put_png, put_json])
+def test_a_mask_is_committed_on_its_revision(client, tiny_split, put):
+    reply = put(client, 1, 1)
+    assert (reply.status_code, reply.json(), reply.headers["etag"]) == (200, {"revision": 2}, '"2"')
+    assert (decode_png(client.get("/api/pairs/1/mask").content) == some_mask()).all()
+    assert client.get("/api/pairs/1").json()["state"] == "in_progress"
+    history = client.get("/api/pairs/1/revisions").json()
+    assert [(r["number"], r["annotator"]) for r in history] == [(1, None), (2, "Ada")]
+
+
+@pytest.mark.parametrize("put", [put_png, put_json])
+def test_a_stale_revision_is_409_and_changes_nothing(client, tiny_split, put):
+    put(client, 1, 1)
+    reply = put(client, 1, 1)
+    assert reply.status_code == 409 and "the newest is 2" in reply.json()["detail"]
+    assert len(client.get("/api/pairs/1/revisions").json()) == 2
+
+
+GREY = np.arange(120 * 160).astype(np.uint8).reshape(120, 160)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"",
+        b"no png",
+        encode_png(np.zeros((4, 4), bool)),
+        cv2.imencode(".png", GREY)[1].tobytes(),
+    ],
+)
+def test_a_malformed_png_is_422(client, tiny_split, data):
+    assert put_png(client, 1, 1, data).status_code == 422
+    assert client.get("/api/pairs/1/mask").headers["etag"] == '"1"'
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"mask": {"height": 120, "width": 160, "counts": "~~"}},
+     {"mask": {"height": 120, "width": 160, "counts": "1"}},
+     {"mask": {"height": -1, "width": 160, "counts": "1"}},
+     {"active_seconds": -1}, {"active_seconds": 1e9}, {"tool_log": [3]}, {"colour": 1},
+     {"ignore": "~"}, {"tool_log": [{}] * 2001}],
+)  # fmt: skip
+def test_a_malformed_change_is_422(client, tiny_split, change):
+    reply = put_json(client, 1, 1, **change)
+    assert reply.status_code == 422, reply.text
+    assert reply.headers["content-type"] == "application/problem+json"
+
+
+def test_json_that_is_none_and_other_types_are_422(client, tiny_split):
+    for kind in ("application/json", "text/plain"):
+        headers = {"If-Match": '"1"', "Content-Type": kind}
+        assert client.put("/api/pairs/1/mask", content=b"{", headers=headers).status_code == 422
+
+
+@pytest.mark.parametrize("match", [None, "x", '"-1"', "*"])
+def test_a_commit_needs_its_revision(client, tiny_split, match):
+    headers = {"Content-Type": "image/png", **({"If-Match": match} if match else {})}
+    reply = client.put("/api/pairs/1/mask", content=encode_png(some_mask()), headers=headers)
+    assert reply.status_code == 422 and "If-Match" in reply.json()["detail"]
+
+
+def test_states_are_set_and_lock(client, tiny_split):
+    reply = client.put("/api/pairs/1/state", json={"state": "confirmed_empty"})
+    assert reply.json() == {"state": "confirmed_empty", "revision": 2}
+    assert put_png(client, 1, 2).status_code == 409
+    client.put("/api/pairs/1/state", json={"state": "in_progress"})
+    assert put_png(client, 1, 2).status_code == 200
+    assert client.put("/api/pairs/1/state", json={"state": "done"}).status_code == 422
+    assert client.put("/api/pairs/99/state", json={"state": "approved"}).status_code == 404
+
+
+def test_a_verdict_moves_the_prediction(client, run):
+    before = client.get("/api/pairs/1").json()
+    region = before["regions"][0]["id"]
+    after = client.post(f"/api/regions/{region}/audit", json={"verdict": "reject"}).json()
+    assert after["regions"][0]["verdict"] == "reject"
+    assert after["regions"][0]["audited_by"] == "Ada"
+    assert after["version"] != before["version"]
+    assert after["scores"]["audited"]["tp"] == 0
+    assert not picture(client, "/api/pairs/1/layers/prediction.png")[..., 3].any()
+
+
+def test_bad_verdicts_are_refused(client, run):
+    assert client.post("/api/regions/99/audit", json={"verdict": "keep"}).status_code == 404
+    assert client.post("/api/regions/1/audit", json={"verdict": "perhaps"}).status_code == 422
+
+
+def test_the_interface_is_described(client):
+    paths = client.get("/api/openapi.json").json()["paths"]
+    put = paths["/api/pairs/{pair_id}/mask"]["put"]
+    assert set(put["requestBody"]["content"]) == {"image/png", "application/json"}
+    assert {
+        "/api/pairs",
+        "/api/pairs/{pair_id}/layers/{layer}.png",
+        "/api/regions/{region_id}/audit",
+    } <= set(paths)
+
+
+def test_a_desk_follows_its_person(client, run):
+    with client.websocket_connect("/api/desk", headers=HERE) as socket:
+        ready = socket.receive_json()
+        assert ready == {"type": "ready", "annotator": "Ada", "run": run.name, "pair": 1}
+        socket.send_json({"type": "showing", "pair": 1})
+        assert socket.receive_json() == {"type": "ahead", "pairs": [2, 3]}
+        socket.send_json({"type": "step", "by": 1})
+        assert socket.receive_json()["pair"] == 2
+        socket.send_json({"type": "showing", "pair": 3})
+        socket.receive_json()
+        socket.send_json({"type": "step", "by": 1})
+        assert socket.receive_json() == {"type": "end", "by": 1}
+
+
+def test_a_desk_that_gets_nonsense_says_so_and_goes_on(client, run):
+    with client.websocket_connect("/api/desk", headers=HERE) as socket:
+        socket.receive_json()
+        for nonsense in ({"type": "showing", "pair": "x"}, {"type": "fly"}, [1], {"type": "step"}):
+            socket.send_json(nonsense)
+            assert socket.receive_json()["type"] == "error"
+        socket.send_json({"type": "showing", "pair": 1})
+        assert socket.receive_json()["type"] == "ahead"
+
+
+def test_a_frame_unlocks_the_desk_of_its_client(client, run, desks):
+    nonce, desk = desks.create()
+    drawn = []
+    desk.redraw = drawn.append
+    assert desk.annotator is None
+    with client.websocket_connect(f"/api/desk?client={nonce}", headers=HERE) as socket:
+        socket.receive_json()
+        assert (desk.annotator, drawn) == ("Ada", ["unlock"])
+        desk.open_pair(3)
+        assert socket.receive_json() == {"type": "open", "pair": 3, "run": run.name}
+    with client.websocket_connect(f"/api/desk?client={nonce}", headers=HERE) as socket:
+        assert socket.receive_json()["pair"] == 3
+
+
+def test_a_desk_follows_who_is_signed_in_now(client, run, desks):
+    nonce, desk = desks.create()
+    desk.annotator = "Bob"
+    with client.websocket_connect(f"/api/desk?client={nonce}", headers=HERE) as socket:
+        socket.receive_json()
+        assert desk.annotator == "Ada"
