@@ -24,10 +24,9 @@ def serve_app(db: Path, *, host: str, port: int, token: str | None, allow_hosts:
         InvalidInput: when the host needs a token, or the port is taken.
         NotFound: when the database does not exist.
     """
-    listener = _listen(host, port)
-    number = listener.getsockname()[1]
-    access = Access.create(host, number, token, allow_hosts)
-    with Store(db) as store:
+    with _listen(host, port) as listener, Store(db) as store:
+        number = listener.getsockname()[1]
+        access = Access.create(host, number, token, allow_hosts)
         desks = Desks(store)
         shell = Shell(desks)
         app = build_gateway(store, access, desks, shell.port, on_stop=shell.stop)

@@ -71,6 +71,7 @@ function start() {
   $("opacity").value = String(state.opacity);
   showSettings();
   socket.send({ type: "theme", dark: state.dark });
+  window.focus();
 }
 
 /** @param {number} id @param {string | null} run */

@@ -24,7 +24,10 @@ export function listen(root, state, on) {
   /** @type {HTMLElement | null} */
   let dragged = null;
 
+  // Keys belong to the workbench while the pointer is over it; a prevented click would not focus it.
+  root.addEventListener("pointerenter", () => window.focus());
   root.addEventListener("pointerdown", (event) => {
+    window.focus();
     const canvas = /** @type {HTMLElement} */ (event.target).closest("canvas");
     if (!canvas) return;
     if (drag) {

@@ -9,7 +9,7 @@ import zlib
 import cv2
 import numpy as np
 import pytest
-from conftest import textured, write_split
+from scenes import textured, write_split
 
 from reviewer.dataset.importer import ImportSettings, find_splits, import_split
 from reviewer.errors import InvalidInput, NotFound

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from conftest import write_split
+from scenes import write_split
 
 from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.editing.commit import MaskEdit, commit_mask

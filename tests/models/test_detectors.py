@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import textured
+from scenes import textured
 
 from reviewer.models.registry import build_detector
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import textured
+from scenes import textured
 
 from reviewer.masks import intersection_over_union
 from reviewer.models.registry import build_segmenter

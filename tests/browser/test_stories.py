@@ -1,0 +1,233 @@
+"""Stories of people at the review desk, in a real Chromium."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import expect
+from viser import transforms
+from workbench import workbench_of
+
+from reviewer.export.png import export_png
+from reviewer.export.selection import select_labelled
+from reviewer.masks import decode_png, decode_rle
+from reviewer.store.reviews import annotator_id, review_state
+from reviewer.store.revisions import list_revisions, newest_revision
+from reviewer.store.runs import load_prediction
+
+pytestmark = pytest.mark.browser
+
+
+def wait_title(frame, text):
+    expect(frame.locator("#title")).to_have_text(text)
+
+
+def wait_saved(frame, revision):
+    expect(frame.locator("#facts")).to_contain_text(re.compile(rf"revision {revision}\b"))
+    expect(frame.locator("#save")).to_have_attribute("data-status", "saved")
+
+
+def on_live(frame, page, points):
+    """Drag over the live pane (the second), through image points."""
+    canvas = frame.locator(".pane canvas").nth(1)
+    box = canvas.bounding_box()
+    scale = min(box["width"] / 160, box["height"] / 120)
+    places = [
+        (
+            box["x"] + box["width"] / 2 + (x - 80) * scale,
+            box["y"] + box["height"] / 2 + (y - 60) * scale,
+        )
+        for x, y in points
+    ]
+    page.mouse.move(*places[0])
+    page.mouse.down()
+    for place in places[1:]:
+        page.mouse.move(*place, steps=6)
+    page.mouse.up()
+
+
+def mask_of(server, pair_id):
+    return decode_rle(newest_revision(server.store, pair_id).mask)
+
+
+def test_paint_erase_undo_reload(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    before = mask_of(server, 1)
+    page.keyboard.press("b")
+    on_live(frame, page, [(20, 90), (60, 90)])
+    wait_saved(frame, 2)
+    painted = mask_of(server, 1)
+    assert painted[90, 20:60].all() and painted[40:60, 50:75].all()
+    page.keyboard.press("e")
+    on_live(frame, page, [(40, 80), (40, 100)])
+    wait_saved(frame, 3)
+    assert not mask_of(server, 1)[85:95, 40].any()
+    page.keyboard.press("Control+z")
+    wait_saved(frame, 4)
+    assert (mask_of(server, 1) == painted).all()
+    page.keyboard.press("Control+z")
+    wait_saved(frame, 5)
+    assert (mask_of(server, 1) == before).all()
+    page.keyboard.press("Control+Shift+z")
+    wait_saved(frame, 6)
+    page.reload()
+    frame = workbench_of(page)
+    wait_title(frame, "cs1/0000")
+    assert frame.locator("#facts").inner_text().find(f"mask {painted.sum()} px") > 0
+    assert frame.locator("#state").inner_text() == "in progress"
+    history = list_revisions(server.store, 1)
+    assert [r.number for r in history] == [1, 2, 3, 4, 5, 6]
+    assert history[1].annotator == "Ada" and history[1].active_seconds > 0
+
+
+def test_a_pair_is_opened_from_the_map(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    (client,) = server.shell._server.get_clients().values()
+    page.locator(".mantine-Notification-closeButton").first.click(timeout=3000)
+    page.wait_for_timeout(1200)  # the camera settles after docking
+    target = np.array([2.03 + 0.2, 0.0, 0.45])
+    local = transforms.SO3(client.camera.wxyz).as_matrix().T @ (target - client.camera.position)
+    focal = 0.5 / np.tan(client.camera.fov / 2)
+    across = 0.5 + focal * local[0] / local[2] / client.camera.aspect
+    down = 0.5 + focal * local[1] / local[2]
+    box = page.locator("canvas").first.bounding_box()
+    page.mouse.move(box["x"] + across * box["width"], box["y"] + down * box["height"])
+    page.wait_for_timeout(300)
+    page.mouse.down()
+    page.wait_for_timeout(60)
+    page.mouse.up()
+    wait_title(frame, "cs1/0002")
+
+
+def test_a_flipped_decision_moves_the_prediction(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    frame.locator(".pane canvas").first.hover()
+    page.keyboard.press("Tab")
+    frame.wait_for_selector('.region[aria-selected="true"]')
+    assert frame.locator(".region .choice").inner_text() == "adopt"
+    page.keyboard.press("4")
+    frame.wait_for_selector('.region .choice[data-choice="reject"]')
+    assert load_prediction(server.store, 1, 1, "audited").area == 0
+    frame.wait_for_selector('#scores tr[data-method="audited"]')
+    page.keyboard.press("2")
+    frame.wait_for_selector('.region .choice[data-choice="adopt"]')
+    assert load_prediction(server.store, 1, 1, "audited") == load_prediction(
+        server.store, 1, 1, "doi"
+    )
+
+
+def test_submit_export_and_compare(server, visit, tmp_path):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    on_live(frame, page, [(20, 90), (50, 100)])
+    wait_saved(frame, 2)
+    page.keyboard.press("Enter")
+    wait_title(frame, "cs1/0001")
+    ada = annotator_id(server.store, "Ada")
+    assert review_state(server.store, 1, ada) == "submitted"
+    page.keyboard.press("0")
+    frame.wait_for_selector('#state[data-state="confirmed_empty"]')
+    export_png(select_labelled(server.store, [])[0], tmp_path / "out")
+    for pair, name in ((1, "0000"), (2, "0001"), (3, "0002")):
+        exported = decode_png((tmp_path / "out" / "cs1" / f"{name}.png").read_bytes())
+        assert (exported == mask_of(server, pair)).all()
+    assert not mask_of(server, 2).any() and mask_of(server, 1)[95, 35]
+
+
+def test_a_finished_pair_is_locked_until_it_is_reopened(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    frame.click("button[data-action=approve]")
+    frame.wait_for_selector('#state[data-state="approved"]')
+    on_live(frame, page, [(20, 90), (60, 90)])
+    assert "Press O to reopen" in frame.locator("#notice").inner_text()
+    page.keyboard.press("o")
+    frame.wait_for_selector('#state[data-state="in_progress"]')
+    on_live(frame, page, [(20, 90), (60, 90)])
+    wait_saved(frame, 2)
+
+
+def test_two_people_work_at_once_and_a_conflict_loses_neither(server, visit):
+    ada_page, ada = visit("Ada")
+    bob_page, bob = visit("Bob")
+    for frame in (ada, bob):
+        wait_title(frame, "cs1/0000")
+    on_live(ada, ada_page, [(20, 90), (60, 90)])
+    wait_saved(ada, 2)
+    on_live(bob, bob_page, [(20, 20), (60, 20)])
+    bob.wait_for_selector("#conflict[open]")
+    assert "Ada has saved revision 2" in bob.locator("#conflict-text").inner_text()
+    bob.click("#keep-mine")
+    wait_saved(bob, 3)
+    history = list_revisions(server.store, 1)
+    assert [(r.number, r.annotator) for r in history] == [(1, None), (2, "Ada"), (3, "Bob")]
+    assert decode_rle(history[1].mask)[90, 40] and decode_rle(history[2].mask)[20, 40]
+
+
+def test_work_done_offline_is_sent_when_the_server_is_back(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    page.context.set_offline(True)
+    on_live(frame, page, [(20, 90), (60, 90)])
+    frame.wait_for_selector('#save[data-status="offline"]')
+    on_live(frame, page, [(20, 100), (60, 100)])
+    assert newest_revision(server.store, 1).number == 1
+    page.context.set_offline(False)
+    frame.wait_for_selector('#save[data-status="saved"]', timeout=15_000)
+    mask = mask_of(server, 1)
+    assert mask[90, 40] and mask[100, 40]
+
+
+def test_a_stranger_at_visers_port_sees_nothing(server, visit, browser):
+    _, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(f"http://127.0.0.1:{server.shell.port}")
+    page.wait_for_selector("iframe.workbench-frame", state="attached", timeout=30_000)
+    page.wait_for_timeout(1000)
+    text = page.locator("body").inner_text()
+    assert "cs1" not in text and "Queue" not in text and "Ada" not in text
+    context.close()
+
+
+def test_run_lengths_in_the_browser_agree_with_python(server, visit):
+    _, frame = visit("Ada")
+    vectors = json.loads((Path(__file__).parent.parent / "static" / "rle_vectors.json").read_text())
+    results = frame.evaluate(
+        """async (vectors) => {
+            const { encode, decode } = await import("/static/js/rle.js");
+            return vectors.map(({ rows, counts }) => {
+                const [height, width] = [rows.length, rows[0].length];
+                const data = Uint8Array.from(rows.flat());
+                const back = decode(counts, width, height);
+                return [encode({ width, height, data }), back.data.every((v, i) => v === data[i])];
+            });
+        }""",
+        vectors,
+    )
+    assert results == [[v["counts"], True] for v in vectors]
+    damaged = frame.evaluate(
+        """async () => {
+            const { decode } = await import("/static/js/rle.js");
+            return ["~", "o", "1"].map((text) => {
+                try { decode(text, 4, 4); return "read"; } catch (error) { return error.message; }
+            });
+        }"""
+    )
+    assert all(re.search("run-lengths", message) for message in damaged)
+
+
+def test_no_two_actions_share_a_key(server, visit):
+    _, frame = visit("Ada")
+    keys = frame.evaluate("async () => (await import('/static/js/keys.js')).KEYS")
+    assert len({entry["key"] for entry in keys}) == len(keys)
+    buttons = frame.evaluate(
+        "[...document.querySelectorAll('button[data-action]')].map((b) => b.dataset.action)"
+    )
+    assert set(buttons) - {entry["action"] for entry in keys} == {"theme"}
