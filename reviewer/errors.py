@@ -26,12 +26,12 @@ class NotFound(ReviewerError):
 
 
 class Conflict(ReviewerError):
-    """The change starts from a revision that is no longer the newest, or the pair is locked."""
+    """The change starts from a revision that is no longer the newest, and would undo it."""
 
     status = 409
 
 
-class Forbidden(ReviewerError):
-    """The request is not signed in, or comes from a page that is not ours."""
+class Locked(ReviewerError):
+    """The annotator has finished the pair; reopening it makes changes possible again."""
 
-    status = 403
+    status = 423

@@ -169,7 +169,10 @@ def decode_png(data: bytes, *, name: str = "mask PNG") -> Mask:
     Raises:
         InvalidInput: when the bytes are no image, or hold values other than one foreground value.
     """
-    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
+    except cv2.error as error:  # OpenCV refuses sizes beyond its own limit this way
+        raise InvalidInput(f"{name}: not a readable image, {error.err}") from error
     if image is None:
         raise InvalidInput(f"{name}: not a readable image")
     if image.ndim == 3:

@@ -12,6 +12,7 @@ import hashlib
 import hmac
 import ipaddress
 import secrets
+import time
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
@@ -23,6 +24,9 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from reviewer.errors import InvalidInput
 
 OPEN_PATHS = ("/sign-in", "/static/workbench.css", "/static/sign-in.css", "/favicon.ico")
+SIGNED_IN_SECONDS = 30 * 86400
+SIGN_IN_BYTES = 10_000
+LARGEST_BODY_BYTES = 64 * 2**20
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
 
 
@@ -63,20 +67,23 @@ class Access:
 
     def issue(self, name: str) -> str:
         """Return the cookie value of an annotator."""
-        payload = base64.urlsafe_b64encode(name.encode()).decode()
+        payload = base64.urlsafe_b64encode(f"{time.time():.0f} {name}".encode()).decode()
         return f"{payload}.{self._sign(payload)}"
 
     def annotator(self, connection: HTTPConnection) -> str | None:
         """Return the annotator's name of a request, None when it is not signed in."""
         bearer = connection.headers.get("authorization", "")
         if bearer.startswith("Bearer "):
-            if hmac.compare_digest(bearer[7:].encode(), self.token.encode()):
-                return connection.headers.get("x-annotator", "script")
+            # Headers come as Latin-1; what people wrote into them was UTF-8.
+            if hmac.compare_digest(bearer[7:].encode("latin-1"), self.token.encode()):
+                name = connection.headers.get("x-annotator", "script")
+                return name.encode("latin-1").decode("utf-8", "replace")
             return None
         payload, _, signature = connection.cookies.get(self.cookie, "").partition(".")
         if not hmac.compare_digest(signature.encode(), self._sign(payload).encode()):
             return None
-        return base64.urlsafe_b64decode(payload).decode()
+        issued, _, name = base64.urlsafe_b64decode(payload).decode().partition(" ")
+        return name if time.time() - float(issued) < SIGNED_IN_SECONDS else None
 
     def knows_token(self, token: str) -> bool:
         """Compare a token in constant time."""
@@ -84,7 +91,7 @@ class Access:
 
     def knows_host(self, header: str) -> bool:
         """Say whether a Host header names this server; loopback names may come by any port."""
-        host = urlsplit(f"//{header}").hostname or ""
+        host = _host_of(f"//{header}")
         return is_loopback(host) or host in self.hosts
 
     def _sign(self, payload: str) -> str:
@@ -96,7 +103,15 @@ def same_origin(headers: Headers, *, required: bool) -> bool:
     origin = headers.get("origin")
     if origin is None:
         return not required
-    return urlsplit(origin).netloc == headers.get("host")
+    scheme, _, address = origin.partition("://")
+    return scheme in ("http", "https") and address == headers.get("host")
+
+
+def _host_of(address: str) -> str:
+    try:
+        return urlsplit(address).hostname or ""
+    except ValueError:  # such as an opened bracket without its end
+        return ""
 
 
 class Guard:
@@ -133,12 +148,16 @@ class Guard:
         if unsafe and not same_origin(headers, required=not bearer):
             return problem(403, f"origin {headers.get('origin')!r}: is not this server")
         path = scope["path"]
+        limit = SIGN_IN_BYTES if path in OPEN_PATHS else LARGEST_BODY_BYTES
+        length = headers.get("content-length", "0" if scope.get("method") in SAFE_METHODS else "")
+        if not socket and not (length.isdigit() and int(length) <= limit):
+            return problem(413, f"request body: needs a Content-Length of at most {limit} bytes")
         if path in OPEN_PATHS:
             return None
         if self.access.annotator(connection) is None:
             wants_page = not socket and "text/html" in headers.get("accept", "")
             if wants_page and not bearer:
-                query = scope["query_string"].decode()
+                query = scope["query_string"].decode("latin-1")
                 return RedirectResponse(f"/sign-in?{query}" if query else "/sign-in", 303)
             return problem(401, "not signed in: open the link with the token, or send it as Bearer")
         return None

@@ -11,14 +11,20 @@ from collections import OrderedDict
 from threading import Lock
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Header, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from reviewer.app import messages as m
 from reviewer.app.details import choose_run, pair_detail
 from reviewer.app.pictures import draw_layer
-from reviewer.editing.commit import MaskEdit, commit_mask, mask_of_counts, mask_of_png
+from reviewer.editing.commit import (
+    MaskEdit,
+    change_state,
+    commit_mask,
+    mask_of_counts,
+    mask_of_png,
+)
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import InvalidInput
 from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
@@ -27,22 +33,52 @@ from reviewer.store.database import Store
 from reviewer.store.overview import pair_overview
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import list_progress, list_queue
-from reviewer.store.reviews import annotator_id, set_review_state
+from reviewer.store.reviews import annotator_id
 from reviewer.store.revisions import list_revisions, newest_revision
 
 CACHED_PICTURES = 160
 PNG: dict[str, Any] = {"image/png": {"schema": {"type": "string", "format": "binary"}}}
+
+
+def _inlined(model: type[BaseModel]) -> dict[str, Any]:
+    """Return a model's JSON schema without references, for places FastAPI does not fill in."""
+    schema = model.model_json_schema()
+    definitions = schema.pop("$defs", {})
+
+    def resolve(node: Any) -> Any:
+        if isinstance(node, list):
+            return [resolve(item) for item in node]
+        if not isinstance(node, dict):
+            return node
+        if "$ref" in node:
+            return resolve(definitions[node["$ref"].rpartition("/")[2]])
+        return {key: resolve(value) for key, value in node.items()}
+
+    resolved: dict[str, Any] = resolve(schema)
+    return resolved
+
+
 MASK_REPLY: dict[int | str, dict[str, Any]] = {
     200: {
         "description": "0/255 PNG, or run-lengths with `Accept: application/json`",
-        "content": {**PNG, "application/json": {"schema": m.MaskReply.model_json_schema()}},
+        "content": {**PNG, "application/json": {"schema": _inlined(m.MaskReply)}},
     }
 }
 MASK_BODY = {
     "requestBody": {
         "required": True,
-        "content": {**PNG, "application/json": {"schema": m.MaskChange.model_json_schema()}},
+        "content": {**PNG, "application/json": {"schema": _inlined(m.MaskChange)}},
     }
+}
+PROBLEMS: dict[int | str, dict[str, Any]] = {
+    status: {"model": m.Problem, "description": text}
+    for status, text in {
+        401: "not signed in",
+        404: "no such pair, run, layer or region",
+        409: "made from a revision that is not the newest",
+        422: "the input breaks a rule",
+        423: "finished and locked",
+    }.items()
 }
 
 
@@ -74,11 +110,12 @@ def _who(request: Request) -> str:
 
 
 Annotator = Annotated[str, Depends(_who)]
+Id = Annotated[int, Path(ge=1, le=2**63 - 1)]
 
 
 def build_api(store: Store) -> APIRouter:
     """Return the router of all endpoints under /api."""
-    router = APIRouter(prefix="/api")
+    router = APIRouter(prefix="/api", responses=PROBLEMS)
     pictures = PictureCache()
 
     @router.get("/me")
@@ -126,7 +163,7 @@ def build_api(store: Store) -> APIRouter:
         return m.PairPage(total=total, pairs=rows)
 
     @router.get("/pairs/{pair_id}")
-    def get_pair(annotator: Annotator, pair_id: int, run: str | None = None) -> m.PairDetail:
+    def get_pair(annotator: Annotator, pair_id: Id, run: str | None = None) -> m.PairDetail:
         """A pair with its layers, regions and scores."""
         return pair_detail(store, pair_id, annotator_id(store, annotator), choose_run(store, run))
 
@@ -136,7 +173,7 @@ def build_api(store: Store) -> APIRouter:
         responses={200: {"content": PNG}},
     )
     def get_layer(
-        pair_id: int, layer: m.LayerName, run: str | None = None, v: str | None = None
+        pair_id: Id, layer: m.LayerName, run: str | None = None, v: str | None = None
     ) -> Response:
         """A layer as PNG; with `v` (the pair's version) the browser may keep it."""
         pair, chosen = pair_of_id(store, pair_id), choose_run(store, run)
@@ -153,7 +190,7 @@ def build_api(store: Store) -> APIRouter:
         return Response(picture, media_type="image/png", headers={"Cache-Control": keep})
 
     @router.get("/pairs/{pair_id}/mask", response_class=Response, responses=MASK_REPLY)
-    def get_mask(request: Request, pair_id: int) -> Response:
+    def get_mask(request: Request, pair_id: Id) -> Response:
         """The newest ground truth with its revision as ETag; revision 0 is all-zero."""
         pair, newest = pair_of_id(store, pair_id), newest_revision(store, pair_id)
         number = newest.number if newest else 0
@@ -175,21 +212,22 @@ def build_api(store: Store) -> APIRouter:
         request: Request,
         response: Response,
         annotator: Annotator,
-        pair_id: int,
+        pair_id: Id,
         if_match: Annotated[str | None, Header()] = None,
     ) -> m.Committed:
         """Commit a mask made from the revision in If-Match: 409 when there is a newer one."""
-        edit = _read_edit(
-            request.headers.get("content-type", ""), await request.body(), _revision(if_match)
-        )
-        number = await run_in_threadpool(
-            lambda: commit_mask(store, pair_id, annotator_id(store, annotator), edit)
-        )
+        kind, body = request.headers.get("content-type", ""), await request.body()
+
+        def commit() -> int:
+            edit = _read_edit(kind, body, _revision(if_match))
+            return commit_mask(store, pair_id, annotator_id(store, annotator), edit)
+
+        number = await run_in_threadpool(commit)
         response.headers["ETag"] = f'"{number}"'
         return m.Committed(revision=number)
 
     @router.get("/pairs/{pair_id}/revisions")
-    def get_revisions(pair_id: int) -> list[m.RevisionInfo]:
+    def get_revisions(pair_id: Id) -> list[m.RevisionInfo]:
         """The history of a pair's ground truth, oldest first."""
         pair_of_id(store, pair_id)
         return [
@@ -205,14 +243,20 @@ def build_api(store: Store) -> APIRouter:
         ]
 
     @router.put("/pairs/{pair_id}/state")
-    def put_state(annotator: Annotator, pair_id: int, change: m.StateChange) -> m.StateReply:
-        """Set the annotator's state of a pair."""
-        set_review_state(store, pair_id, annotator_id(store, annotator), change.state)
+    def put_state(
+        annotator: Annotator,
+        pair_id: Id,
+        change: m.StateChange,
+        if_match: Annotated[str | None, Header()] = None,
+    ) -> m.StateReply:
+        """Set the annotator's state of a pair; If-Match names the revision that was looked at."""
+        seen = None if if_match is None else _revision(if_match)
+        change_state(store, pair_id, annotator_id(store, annotator), change.state, seen)
         newest = newest_revision(store, pair_id)
         return m.StateReply(state=change.state, revision=newest.number if newest else 0)
 
     @router.post("/regions/{region_id}/audit")
-    def post_audit(annotator: Annotator, region_id: int, change: m.VerdictChange) -> m.PairDetail:
+    def post_audit(annotator: Annotator, region_id: Id, change: m.VerdictChange) -> m.PairDetail:
         """Give a verdict on a region; the answer is the pair with its new prediction."""
         person = annotator_id(store, annotator)
         run_id, pair_id = give_verdict(store, region_id, person, change.verdict, change.comment)

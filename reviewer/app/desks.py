@@ -3,6 +3,9 @@
 A desk joins a Viser client (queue and map) with its workbench frame. It holds the state that both
 are drawn from: filters, run, open pair. It is locked until the frame has checked in through the
 gateway with a signed-in session; a frame without a Viser client around it gets a desk of its own.
+
+The queue of a desk is a snapshot, renewed when a filter changes: a pair that leaves the filter by
+being worked on stays where it is, so "next" is always the one after it.
 """
 
 from __future__ import annotations
@@ -14,13 +17,15 @@ from threading import RLock
 from typing import Any
 
 from reviewer.app.details import choose_run
-from reviewer.records import ReviewState
+from reviewer.records import ReviewState, Run
 from reviewer.store.database import Store
+from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import Order, QueueEntry, list_queue
 from reviewer.store.reviews import annotator_id
 
 Send = Callable[[dict[str, Any]], None]
 EVERYTHING = 100_000
+LOADED_AHEAD = 2
 
 
 @dataclass(slots=True)
@@ -29,7 +34,9 @@ class Desk:
 
     Attributes:
         annotator: None while locked.
-        redraw: redraws the Viser side, given what changed ("unlock", "queue", "pair", "theme").
+        ids: the queue: pair ids in order, under the filters.
+        redraw: redraws the Viser side, given what changed: "unlock", "queue", "pair", "change",
+            "theme" or "window".
         send: sends a message to the workbench frame.
     """
 
@@ -40,6 +47,7 @@ class Desk:
     state: ReviewState | None = None
     order: Order = "name"
     pair_id: int | None = None
+    ids: list[int] = field(default_factory=list)
     dark: bool = True
     window_width: int = 0
     redraw: Callable[[str], None] = lambda what: None
@@ -52,70 +60,93 @@ class Desk:
         assert self.annotator is not None, "a locked desk has no annotator"
         return annotator_id(self.store, self.annotator)
 
-    def check_in(self, annotator: str, send: Send) -> None:
-        """Take a signed-in frame: unlock, and tell the frame what to show."""
-        with self.lock:
-            first = self.annotator is None
-            self.annotator, self.send = annotator, send
-            if self.run is None:
-                run = choose_run(self.store, None)
-                self.run = run.name if run else None
-            if self.pair_id is None:
-                entries = self.entries()
-                self.pair_id = entries[0].id if entries else None
-        send({"type": "ready", "annotator": annotator, "run": self.run, "pair": self.pair_id})
-        self.redraw("unlock" if first else "pair")
+    @property
+    def chosen_run(self) -> Run | None:
+        """The run to look at: the chosen one, else the newest."""
+        return choose_run(self.store, self.run)
 
-    def entries(self) -> list[QueueEntry]:
-        """Return the whole queue under the desk's filters."""
-        run = choose_run(self.store, self.run)
-        entries, _ = list_queue(
+    def check_in(self, annotator: str, send: Send) -> None:
+        """Take a signed-in frame: unlock, and tell the frame what to show.
+
+        `fresh` tells a frame that the desk knows no pair yet, so that a frame that has one open
+        (after a restart of the server, or of Viser) keeps it.
+        """
+        with self.lock:
+            first, fresh = self.annotator is None, self.pair_id is None
+            self.annotator, self.send = annotator, send
+            run = self.chosen_run
+            self.run = run.name if run else None
+            self.renew()
+            if fresh and self.ids:
+                self.pair_id = self.ids[0]
+            ready = {"annotator": annotator, "run": self.run, "pair": self.pair_id, "fresh": fresh}
+        send({"type": "ready", "store": self.store.identity, **ready})
+        self.redraw("unlock" if first else "queue")
+
+    def renew(self) -> None:
+        """Take a new snapshot of the queue under the filters."""
+        self.ids = [entry.id for entry in self.entries(limit=EVERYTHING)]
+
+    def entries(self, pair_ids: list[int] | None = None, limit: int = 1000) -> list[QueueEntry]:
+        """Return entries as they are now: of the named pairs in that order, or by the filters."""
+        run = self.chosen_run
+        named = pair_ids is not None
+        found, _ = list_queue(
             self.store,
             self.annotator_id,
             run_id=run.id if run else None,
-            split=self.split,
-            state=self.state,
+            split=None if named else self.split,
+            state=None if named else self.state,
             order=self.order,
-            limit=EVERYTHING,
+            pair_ids=pair_ids,
+            limit=limit,
         )
-        return entries
+        if pair_ids is not None:
+            place = {pair_id: k for k, pair_id in enumerate(pair_ids)}
+            found.sort(key=lambda entry: place[entry.id])
+        return found
 
     def open_pair(self, pair_id: int) -> None:
         """Show a pair in the frame, the queue and the map."""
+        pair_of_id(self.store, pair_id)
         with self.lock:
             self.pair_id = pair_id
         self.send({"type": "open", "pair": pair_id, "run": self.run})
         self.redraw("pair")
 
     def showing(self, pair_id: int) -> None:
-        """Note that the frame opened a pair by itself."""
+        """Note what the frame shows, and tell it what to load ahead."""
         with self.lock:
-            self.pair_id = pair_id
-        self.redraw("pair")
+            moved, self.pair_id = self.pair_id != pair_id, pair_id
+            here = self.ids.index(pair_id) if pair_id in self.ids else -1
+            ahead = self.ids[here + 1 : here + 1 + LOADED_AHEAD]
+        self.send({"type": "ahead", "pairs": ahead})
+        if moved:
+            self.redraw("pair")
 
     def step(self, by: int) -> None:
         """Open the next (by = 1) or the previous pair (-1) of the queue; stop at its ends."""
-        ids = [entry.id for entry in self.entries()]
-        if not ids:
-            return
-        here = ids.index(self.pair_id) if self.pair_id in ids else (-1 if by > 0 else len(ids))
-        there = here + by
+        with self.lock:
+            ids = self.ids
+            outside = -1 if by > 0 else len(ids)
+            there = by + (ids.index(self.pair_id) if self.pair_id in ids else outside)
         if 0 <= there < len(ids):
             self.open_pair(ids[there])
         else:
             self.send({"type": "end", "by": by})
 
-    def neighbours(self, count: int) -> list[int]:
-        """Return the ids of the next pairs, which the frame loads ahead."""
-        ids = [entry.id for entry in self.entries()]
-        here = ids.index(self.pair_id) if self.pair_id in ids else -1
-        return ids[here + 1 : here + 1 + count]
-
     def filter(self, **changes: Any) -> None:
-        """Change split, state, order or run, and redraw."""
+        """Change split, state, order or run, take a new snapshot, and redraw.
+
+        Raises:
+            NotFound: when a run is named that does not exist; nothing changes then.
+        """
+        if changes.get("run"):
+            choose_run(self.store, changes["run"])
         with self.lock:
             for name, value in changes.items():
                 setattr(self, name, value)
+            self.renew()
         if "run" in changes:
             self.send({"type": "open", "pair": self.pair_id, "run": self.run})
         self.redraw("queue")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import html
+import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Any
@@ -14,6 +15,8 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse, Response
 from fastapi.staticfiles import StaticFiles
 from pydantic import TypeAdapter, ValidationError
+from starlette.exceptions import HTTPException
+from starlette.types import Scope
 from starlette.websockets import WebSocketDisconnect
 
 from reviewer import __version__
@@ -27,7 +30,7 @@ from reviewer.shipped import shipped_folder
 from reviewer.store.database import Store
 from reviewer.store.reviews import annotator_id
 
-LOADED_AHEAD = 2
+LOG = logging.getLogger(__name__)
 FROM_FRAME: TypeAdapter[m.FromFrame] = TypeAdapter(m.FromFrame)
 PAGE_SECURITY = (
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self';"
@@ -136,7 +139,15 @@ def _is_our_frame(request: Request) -> bool:
 
 
 class _Static(StaticFiles):
-    """Static files that the browser asks after each time, so an update is seen at once."""
+    """Scripts, styles and pictures; the browser asks each time, so an update is seen at once.
+
+    Pages are not served from here: they have routes of their own, with checks of their own.
+    """
+
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        if path.endswith(".html"):
+            return problem(404, f"{path}: is not a static file")
+        return await super().get_response(path, scope)
 
     def file_response(self, *args: Any, **kwargs: Any) -> Response:
         response = super().file_response(*args, **kwargs)
@@ -148,6 +159,14 @@ def _answer_errors(app: FastAPI) -> None:
     @app.exception_handler(ReviewerError)
     def reviewer_error(_: Request, error: ReviewerError) -> Response:
         return problem(error.status, str(error))
+
+    @app.exception_handler(HTTPException)
+    def http_error(_: Request, error: HTTPException) -> Response:
+        return problem(error.status_code, str(error.detail))
+
+    @app.exception_handler(Exception)
+    def unexpected(request: Request, error: Exception) -> Response:
+        return problem(500, f"{request.method} {request.url.path}: {type(error).__name__}")
 
     @app.exception_handler(RequestValidationError)
     def validation_error(_: Request, error: RequestValidationError) -> Response:
@@ -183,8 +202,11 @@ async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, nonce: str)
                 await asyncio.to_thread(_handle, desk, FROM_FRAME.validate_json(text))
             except (ValidationError, ReviewerError) as error:
                 send({"type": "error", "detail": str(error)})
-    except (WebSocketDisconnect, RuntimeError):
-        pass
+            except Exception as error:
+                LOG.exception("desk: could not do %s", text[:200])
+                send({"type": "error", "detail": f"the server could not do that: {error}"})
+    except WebSocketDisconnect:
+        LOG.debug("desk of %s left", socket.state.annotator)
     finally:
         writer.cancel()
 
@@ -194,11 +216,10 @@ def _handle(desk: Desk, message: m.FromFrame) -> None:
     match message:
         case m.Showing():
             desk.showing(message.pair)
-            desk.send({"type": "ahead", "pairs": desk.neighbours(LOADED_AHEAD)})
         case m.Step():
             desk.step(message.by)
         case m.Changed():
-            desk.redraw("queue")
+            desk.redraw("change")
         case m.RunChosen():
             desk.filter(run=message.run)
         case m.ThemeChosen():

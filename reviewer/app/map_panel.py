@@ -14,13 +14,12 @@ import viser
 from viser import transforms
 
 from reviewer.app.desks import Desk
-from reviewer.app.details import choose_run
 from reviewer.app.queue_panel import STATE_COLOUR
 from reviewer.dataset.files import read_grey
 from reviewer.geometry import Grid, Pose2, cell_centre
 from reviewer.records import OccupancyMap, Pair, ReviewState
-from reviewer.store.pairs import list_maps, list_pairs, list_splits
-from reviewer.store.queue import QueueEntry, list_queue
+from reviewer.store.pairs import list_maps, list_pairs, list_splits, pair_of_id
+from reviewer.store.queue import QueueEntry
 
 CAMERA_HEIGHT = 0.45
 WALL_HEIGHT = 0.35
@@ -54,19 +53,21 @@ class MapPanel:
     def draw(self) -> None:
         """Show the split of the open pair, with the states and marks of now."""
         desk = self._desk
-        pair = next((p for p in list_pairs(desk.store) if p.id == desk.pair_id), None)
-        if pair is None:
-            return
-        if pair.split != self._split:
-            self._build(pair.split)
-        self._colour()
+        with desk.lock:
+            if desk.pair_id is None:
+                return
+            split = pair_of_id(desk.store, desk.pair_id).split
+            if split != self._split:
+                self._build(split)
+            self._colour()
 
     def _build(self, split: str) -> None:
         desk, scene = self._desk, self._client.scene
         scene.reset()
         scene.add_light_ambient("/light", intensity=1.4, color=(255, 255, 255))
-        self._split, self._live, self._marks = split, None, None
-        self._pairs = [p for p in list_pairs(desk.store, [split]) if p.live.pose is not None]
+        self._split, self._live, self._marks = None, None, None
+        pairs = list_pairs(desk.store, [split])
+        self._pairs = [p for p in pairs if p.live.pose and p.reference.pose]
         map_id = next(s.map_id for s in list_splits(desk.store) if s.name == split)
         occupancy = next((m for m in list_maps(desk.store) if m.id == map_id), None)
         if occupancy is not None:
@@ -74,6 +75,7 @@ class MapPanel:
         if self._pairs:
             self._build_viewpoints()
             self._aim(occupancy)
+        self._split = split
 
     def _build_grid(self, occupancy: OccupancyMap) -> None:
         """Lay the grid on the floor and raise its occupied cells."""
@@ -128,7 +130,9 @@ class MapPanel:
     def _colour(self) -> None:
         if self._live is None:
             return
-        entries = {entry.id: entry for entry in self._all_entries()}
+        entries = {
+            e.id: e for e in self._desk.entries([p.id for p in self._pairs], len(self._pairs))
+        }
         colours = np.array(
             [self._colour_of(pair, entries.get(pair.id)) for pair in self._pairs], np.uint8
         )
@@ -146,17 +150,6 @@ class MapPanel:
                 "/viewpoints/inspect", np.array(marked, np.float32), LOOK_AGAIN,
                 point_size=0.09, point_shape="circle",
             )  # fmt: skip
-
-    def _all_entries(self) -> list[QueueEntry]:
-        run = choose_run(self._desk.store, self._desk.run)
-        entries, _ = list_queue(
-            self._desk.store,
-            self._desk.annotator_id,
-            run_id=run.id if run else None,
-            split=self._split,
-            limit=100_000,
-        )
-        return entries
 
     def _colour_of(self, pair: Pair, entry: QueueEntry | None) -> tuple[int, int, int]:
         if pair.id == self._desk.pair_id:

@@ -29,6 +29,14 @@ class Message(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
 
+class Problem(Message):
+    """An error (RFC 9457): what was wrong, by which rule, where."""
+
+    type: str
+    status: int
+    detail: str
+
+
 class Me(Message):
     """The signed-in annotator."""
 

@@ -54,7 +54,7 @@ class QueuePanel:
         self._desk = desk
         self._page = 0
         self._shown: list[QueueEntry] = []
-        self._drawing = False
+        self._run: viser.GuiDropdownHandle[str] | None = None
         self.panel = client.gui.add_panel()
         with self.panel.add_tab("Queue", viser.Icon.LIST_CHECK):
             self._build_filters(client.gui)
@@ -90,11 +90,13 @@ class QueuePanel:
             desk.filter(order=chosen)
 
         if len(runs) > 1:
-            run = gui.add_dropdown("Run", runs, initial_value=desk.run or runs[-1])
+            self._run = gui.add_dropdown("Run", runs, initial_value=desk.run or runs[-1])
+            chosen_run = self._run
 
-            @run.on_update
+            @chosen_run.on_update
             def _(_: Any) -> None:
-                desk.filter(run=run.value)
+                if chosen_run.value != desk.run:
+                    desk.filter(run=chosen_run.value)
 
     def _build_rows(self, gui: viser.GuiApi) -> None:
         desk = self._desk
@@ -122,22 +124,25 @@ class QueuePanel:
     def draw(self, *, follow: bool = True) -> None:
         """Fill the widgets from the desk; `follow` turns to the page of the open pair."""
         desk = self._desk
-        entries = desk.entries()
-        ids = [entry.id for entry in entries]
-        last = max(0, (len(entries) - 1) // ROWS)
-        if follow and desk.pair_id in ids:
-            self._page = ids.index(desk.pair_id) // ROWS
-        self._page = min(max(self._page, 0), last)
-        self._shown = entries[self._page * ROWS : (self._page + 1) * ROWS]
-        for place, row in enumerate(self._rows):
-            row.visible = place < len(self._shown)
-            if place < len(self._shown):
-                entry = self._shown[place]
-                row.label = _row_label(entry)
-                # Viser takes None for the theme's own colour, which marks the open pair.
-                row.color = None if entry.id == desk.pair_id else _row_colour(entry, dark=desk.dark)
-        self._summary.content = _summary(desk, len(entries), self._page, last)
-        self._progress.content = _progress(desk)
+        with desk.lock:
+            ids, open_id = desk.ids, desk.pair_id
+            last = max(0, (len(ids) - 1) // ROWS)
+            if follow and open_id in ids:
+                self._page = ids.index(open_id) // ROWS
+            self._page = min(max(self._page, 0), last)
+            self._shown = desk.entries(ids[self._page * ROWS : (self._page + 1) * ROWS])
+            for place, row in enumerate(self._rows):
+                row.visible = place < len(self._shown)
+                if place < len(self._shown):
+                    entry = self._shown[place]
+                    row.label = _row_label(entry)
+                    # Viser takes None for the theme's own colour, which marks the open pair.
+                    mine = entry.id == open_id
+                    row.color = None if mine else _row_colour(entry, dark=desk.dark)
+            if self._run is not None and desk.run:
+                self._run.value = desk.run  # type: ignore[misc]  # settable on the concrete handle
+            self._summary.content = _summary(desk, len(ids), self._page, last)
+            self._progress.content = _progress(desk)
 
 
 def _row_label(entry: QueueEntry) -> str:

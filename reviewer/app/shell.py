@@ -56,6 +56,8 @@ class Shell:
         self._nonces[client.client_id] = nonce
         _theme(client, dark=desk.dark)
         panel = client.gui.add_panel()
+        # Before the frame is there: it may check in at once.
+        desk.redraw = _drawer(client, desk, panel)
         with panel.add_tab("Workbench", viser.Icon.BRUSH):
             client.gui.add_html(
                 f'<iframe class="workbench-frame" title="Workbench"'
@@ -63,7 +65,6 @@ class Shell:
             )
         panel.dock_right()
         panel.set_width(_workbench_width(client.camera.image_width))
-        desk.redraw = _drawer(client, desk, panel)
 
     def _disconnect(self, client: viser.ClientHandle) -> None:
         nonce = self._nonces.pop(client.client_id, None)
@@ -78,20 +79,21 @@ def _drawer(
     panels: list[tuple[QueuePanel, MapPanel]] = []
 
     def draw(what: str) -> None:
-        if what == "theme":
-            _theme(client, dark=desk.dark)
-        if what == "window":
-            workbench.set_width(_workbench_width(desk.window_width))
-            return
-        if not panels:
-            queue = QueuePanel(client, desk)
-            queue.panel.dock_left()
-            queue.panel.set_width(QUEUE_WIDTH)
-            panels.append((queue, MapPanel(client, desk)))
-        for queue, scene in panels:
-            queue.draw()
-            scene.draw()
-        client.flush()
+        with desk.lock:
+            if what == "window":
+                workbench.set_width(_workbench_width(desk.window_width))
+                return
+            if what == "theme":
+                _theme(client, dark=desk.dark)
+            if not panels:
+                queue = QueuePanel(client, desk)
+                queue.panel.dock_left()
+                queue.panel.set_width(QUEUE_WIDTH)
+                panels.append((queue, MapPanel(client, desk)))
+            for queue, scene in panels:
+                queue.draw(follow=what != "change")
+                scene.draw()
+            client.flush()
 
     return draw
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,12 +10,13 @@ from typing import Any
 from reviewer.errors import InvalidInput
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.masks import Rle, decode_png, encode_rle, read_rle
-from reviewer.records import RevisionSource
+from reviewer.records import ReviewState, RevisionSource
 from reviewer.store.database import Store
-from reviewer.store.reviews import touch_review
+from reviewer.store.reviews import set_review_state
 from reviewer.store.revisions import add_revision
 
 LARGEST_LOG = 2000
+LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,10 +44,11 @@ def mask_of_counts(height: int, width: int, counts: str) -> Rle:
 def commit_mask(store: Store, pair_id: int, annotator_id: int, edit: MaskEdit) -> int:
     """Append the mask as a new revision and return its number.
 
-    The pair becomes "in progress" for the annotator when it was "todo".
+    The revision is safe once it is appended: when counting then fails, that is logged, and the
+    counts are made up for by the next evaluation.
 
     Raises:
-        NotFound, InvalidInput, Conflict: as `store.revisions.add_revision`.
+        NotFound, InvalidInput, Conflict, Locked: as `store.revisions.add_revision`.
     """
     if len(edit.tool_log) > LARGEST_LOG:
         raise InvalidInput(f"tool log: at most {LARGEST_LOG} actions, not {len(edit.tool_log)}")
@@ -60,6 +63,25 @@ def commit_mask(store: Store, pair_id: int, annotator_id: int, edit: MaskEdit) -
         active_seconds=edit.active_seconds,
         tool_log=edit.tool_log,
     )
-    touch_review(store, pair_id, annotator_id)
-    refresh_counts(store, pair_id)
+    _count(store, pair_id)
     return number
+
+
+def change_state(
+    store: Store, pair_id: int, annotator_id: int, state: ReviewState, seen: int | None
+) -> None:
+    """Set a review state; "confirmed empty" may make a revision, which is counted.
+
+    Raises:
+        NotFound, InvalidInput, Conflict: as `store.reviews.set_review_state`.
+    """
+    set_review_state(store, pair_id, annotator_id, state, seen=seen)
+    if state == "confirmed_empty":
+        _count(store, pair_id)
+
+
+def _count(store: Store, pair_id: int) -> None:
+    try:
+        refresh_counts(store, pair_id)
+    except Exception:
+        LOG.exception("pair %s: saved, but its scores could not be counted", pair_id)

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+from threading import Lock
+
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.pipeline.stages import follow_verdicts
+from reviewer.masks import encode_rle
+from reviewer.pipeline.stages import compose_audited
 from reviewer.records import Verdict
 from reviewer.store.database import Store
 from reviewer.store.reviews import add_audit
+from reviewer.store.runs import region_of_id
+
+# Two verdicts on one pair must not both start from the state before either.
+_ONE_AT_A_TIME = Lock()
 
 
 def give_verdict(
     store: Store, region_id: int, annotator_id: int, verdict: Verdict, comment: str = ""
 ) -> tuple[int, int]:
-    """Record a verdict and recompose the pair's final mask; return (run id, pair id).
+    """Record a verdict together with the recomposed final mask; return (run id, pair id).
 
     Raises:
-        NotFound, InvalidInput, Conflict: as `store.reviews.add_audit`.
+        NotFound: when the region does not exist.
+        Conflict: when "adopt" is said of a region that has no object.
     """
-    run_id, pair_id = add_audit(store, region_id, annotator_id, verdict, comment)
-    follow_verdicts(store, run_id, pair_id)
+    run_id, pair_id = region_of_id(store, region_id)
+    with _ONE_AT_A_TIME:
+        mask = compose_audited(store, run_id, pair_id, {region_id: verdict})
+        add_audit(store, region_id, annotator_id, verdict, comment, encode_rle(mask))
     refresh_counts(store, pair_id)
     return run_id, pair_id

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from reviewer.dataset.files import read_rgb
 from reviewer.doi import Choice, compose, integrate
-from reviewer.errors import NotFound
+from reviewer.errors import Conflict, NotFound
 from reviewer.masks import Mask, decode_rle, encode_rle
 from reviewer.models.interfaces import Aligner, Detector, Image, Segmenter
 from reviewer.models.registry import build_aligner, build_detector, build_segmenter
 from reviewer.pipeline.fields import load_warp, store_alignment, store_detection
 from reviewer.pipeline.settings import IMPORTED, PipelineSettings
-from reviewer.records import ObjectInstance, Pair, Run, Side
+from reviewer.records import ObjectInstance, Pair, Run, Side, Verdict
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.runs import Stage, StoredDetection
@@ -127,22 +127,34 @@ def integrate_pair(store: Store, run: Run, settings: PipelineSettings, pair: Pai
     runs.save_integration(store, run.id, pair.id, result.regions, detection.mask, final)
 
 
-def follow_verdicts(store: Store, run_id: int, pair_id: int) -> Mask:
-    """Compose the final mask with people's verdicts in place of decisions, and store it."""
+def compose_audited(store: Store, run_id: int, pair_id: int, verdicts: dict[int, Verdict]) -> Mask:
+    """Compose the final mask from people's verdicts in place of decisions.
+
+    Args:
+        verdicts: verdicts to take into account beside the stored ones, by region id.
+
+    Raises:
+        NotFound: when the run has no detection for the pair.
+        Conflict: when "adopt" is said of a region that has no object.
+    """
     detection = runs.load_detection(store, run_id, pair_id)
     if detection is None:
         raise NotFound(f"pair {pair_id}: run {run_id} has no detection for it")
     objects = runs.load_objects(store, run_id, pair_id)
-    regions = runs.load_regions(store, run_id, pair_id)
+    regions = [
+        replace(region, verdict=verdicts.get(region.id, region.verdict))
+        for region in runs.load_regions(store, run_id, pair_id)
+    ]
+    for region in regions:
+        if region.outcome == "adopt" and not region.region.object_indices:
+            raise Conflict(f"region {region.id}: has no object that could be adopted")
     outcomes: dict[int, Choice] = {k: region.outcome for k, region in enumerate(regions)}
-    mask = compose(
+    return compose(
         decode_rle(detection.mask),
         [decode_rle(thing.mask) for thing in objects if thing.side == "live"],
         [region.region for region in regions],
         outcomes,
     )
-    runs.save_audited_prediction(store, run_id, pair_id, encode_rle(mask))
-    return mask
 
 
 def warped_reference(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask]:

@@ -9,6 +9,7 @@ busy timeout queues them.
 
 from __future__ import annotations
 
+import hashlib
 import importlib.util
 import queue
 import sqlite3
@@ -53,7 +54,7 @@ class Store:
             )
         self.path.parent.mkdir(parents=True, exist_ok=True)
         self._local = threading.local()
-        self._readers: list[sqlite3.Connection] = []
+        self._readers: list[tuple[threading.Thread, sqlite3.Connection]] = []
         self._readers_lock = threading.Lock()
         try:
             self._migrate()
@@ -62,6 +63,11 @@ class Store:
         self._tasks: queue.SimpleQueue[tuple[Work[Any], Future[Any]] | None] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._write_loop, name="store-writer", daemon=True)
         self._thread.start()
+
+    @property
+    def identity(self) -> str:
+        """A short name of this database among others that one browser may meet."""
+        return hashlib.sha256(str(self.path).encode()).hexdigest()[:12]
 
     @property
     def folder(self) -> Path:
@@ -79,7 +85,7 @@ class Store:
         self._tasks.put(None)
         self._thread.join()
         with self._readers_lock:
-            for connection in self._readers:
+            for _, connection in self._readers:
                 connection.close()
             self._readers.clear()
         self._local = threading.local()
@@ -97,9 +103,17 @@ class Store:
             )
             connection.row_factory = sqlite3.Row
             self._local.connection = connection
-            with self._readers_lock:
-                self._readers.append(connection)
+            self._keep(connection)
         return connection
+
+    def _keep(self, connection: sqlite3.Connection) -> None:
+        """Note a reader, and close those whose threads have ended."""
+        with self._readers_lock:
+            for thread, old in self._readers:
+                if not thread.is_alive():
+                    old.close()
+            alive = [entry for entry in self._readers if entry[0].is_alive()]
+            self._readers = [*alive, (threading.current_thread(), connection)]
 
     def submit(self, work: Work[Result]) -> Future[Result]:
         """Hand a function to the writer; it runs in a transaction that ends with it."""

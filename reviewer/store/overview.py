@@ -53,5 +53,5 @@ def pair_overview(store: Store, run_id: int, pair_id: int) -> Overview:
         marks[3] is not None,
         row["residual_after"],
         row["valid_fraction"],
-        f"{run_id}.{done}.{row['audit']}",
+        f"{store.identity}.{run_id}.{done}.{row['audit']}",
     )

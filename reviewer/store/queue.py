@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -51,10 +53,11 @@ def list_queue(
     split: str | None = None,
     state: ReviewState | None = None,
     order: Order = "name",
+    pair_ids: Sequence[int] | None = None,
     limit: int = 100,
     offset: int = 0,
 ) -> tuple[list[QueueEntry], int]:
-    """Return a page of the queue and the number of pairs on all pages.
+    """Return a page of the queue and the number of pairs on all pages; of some pairs if named.
 
     Raises:
         InvalidInput: when the order is unknown.
@@ -78,6 +81,7 @@ def list_queue(
         LEFT JOIN (SELECT pair_id, max(doi) AS max_doi, sum(inspect) AS inspect FROM regions
             WHERE run_id = :run GROUP BY pair_id) g ON g.pair_id = p.id
         WHERE (:split IS NULL OR s.name = :split)
+        AND (:ids IS NULL OR p.id IN (SELECT value FROM json_each(:ids)))
     ) SELECT *, count(*) OVER () AS total FROM entries WHERE (:state IS NULL OR state = :state)
     """
     values = {
@@ -85,6 +89,7 @@ def list_queue(
         "run": run_id,
         "split": split,
         "state": state,
+        "ids": None if pair_ids is None else json.dumps(list(pair_ids)),
         "limit": limit,
         "offset": offset,
     }
@@ -105,6 +110,9 @@ def list_queue(
         )
         for row in rows
     ]
+    if not rows and offset:
+        _, total = list_queue(store, annotator_id, run_id=run_id, split=split, state=state, limit=1)
+        return [], total
     return found, rows[0]["total"] if rows else 0
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import sqlite3
 
 from reviewer.errors import Conflict, InvalidInput
-from reviewer.masks import empty_rle
+from reviewer.masks import Rle, empty_rle
 from reviewer.records import ReviewState, Verdict
 from reviewer.store.database import Store, mask_columns, require, utc_now
+from reviewer.store.runs import put_prediction
 
-VERDICTS: tuple[Verdict, ...] = ("agree", "adopt", "keep", "reject")
 STATES: tuple[ReviewState, ...] = (
     "todo",
     "in_progress",
@@ -55,8 +55,12 @@ def review_state(store: Store, pair_id: int, annotator: int) -> ReviewState:
     return row["state"] if row else "todo"
 
 
-def set_review_state(store: Store, pair_id: int, annotator: int, state: ReviewState) -> None:
+def set_review_state(
+    store: Store, pair_id: int, annotator: int, state: ReviewState, *, seen: int | None = None
+) -> None:
     """Set the state of a pair for an annotator.
+
+    `seen` is the revision the person looked at: a newer one that they have not seen is a conflict.
 
     "submitted" and "approved" need ground truth to speak of; "confirmed_empty" writes an all-zero
     mask as a new revision in the same transaction.
@@ -64,7 +68,7 @@ def set_review_state(store: Store, pair_id: int, annotator: int, state: ReviewSt
     Raises:
         InvalidInput: when the state is unknown.
         NotFound: when the pair does not exist.
-        Conflict: when a mask is submitted that does not exist.
+        Conflict: when a mask is submitted that does not exist, or `seen` is not the newest.
     """
     if state not in STATES:
         raise InvalidInput(f"review state: {state!r} is not one of {', '.join(STATES)}")
@@ -80,11 +84,15 @@ def set_review_state(store: Store, pair_id: int, annotator: int, state: ReviewSt
             f"pair {pair_id}: does not exist",
         )
         newest = db.execute(
-            "SELECT number, area FROM mask_revisions WHERE pair_id = ?"
+            "SELECT number, area, ignore_rle FROM mask_revisions WHERE pair_id = ?"
             " ORDER BY number DESC LIMIT 1",
             [pair_id],
         ).fetchone()
         number = newest["number"] if newest else 0
+        if seen is not None and seen != number:
+            raise Conflict(
+                f"pair {pair['title']}: you looked at revision {seen}, but the newest is {number}"
+            )
         if state in ("submitted", "approved") and not newest:
             raise Conflict(
                 f"pair {pair['title']}: has no mask to submit; draw one, or confirm it empty"
@@ -92,14 +100,15 @@ def set_review_state(store: Store, pair_id: int, annotator: int, state: ReviewSt
         if state == "confirmed_empty" and (newest is None or newest["area"] > 0):
             db.execute(
                 "INSERT INTO mask_revisions (pair_id, number, parent, annotator_id, source,"
-                " height, width, rle, area, box_x, box_y, box_width, box_height, created_at)"
-                " VALUES (?, ?, ?, ?, 'confirmed_empty', ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                " height, width, rle, area, box_x, box_y, box_width, box_height, ignore_rle,"
+                " created_at) VALUES (?, ?, ?, ?, 'confirmed_empty', ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
                 [
                     pair_id,
                     number + 1,
                     number,
                     annotator,
                     *mask_columns(empty_rle(pair["height"], pair["width"])),
+                    newest["ignore_rle"] if newest else None,
                     utc_now(),
                 ],
             )
@@ -120,46 +129,25 @@ def set_review_state(store: Store, pair_id: int, annotator: int, state: ReviewSt
     store.write(work)
 
 
-def touch_review(store: Store, pair_id: int, annotator: int) -> None:
-    """Mark a pair "in progress" for an annotator who has not begun it."""
-
-    def work(db: sqlite3.Connection) -> None:
-        db.execute(
-            "INSERT OR IGNORE INTO reviews (pair_id, annotator_id, state, updated_at)"
-            " VALUES (?, ?, 'in_progress', ?)",
-            [pair_id, annotator, utc_now()],
-        )
-
-    store.write(work)
-
-
 def add_audit(
-    store: Store, region_id: int, annotator: int, verdict: Verdict, comment: str = ""
-) -> tuple[int, int]:
-    """Append a verdict on a region's decision; return (run id, pair id) of the region.
+    store: Store, region_id: int, annotator: int, verdict: Verdict, comment: str, audited: Rle
+) -> None:
+    """Append a verdict on a region's decision, with the final mask that follows from it.
 
     Raises:
-        InvalidInput: when the verdict is unknown.
         NotFound: when the region does not exist.
-        Conflict: when "adopt" is said of a region that has no object.
     """
-    if verdict not in VERDICTS:
-        raise InvalidInput(f"verdict: {verdict!r} is not one of {', '.join(VERDICTS)}")
 
-    def work(db: sqlite3.Connection) -> tuple[int, int]:
+    def work(db: sqlite3.Connection) -> None:
         row = require(
-            db.execute(
-                "SELECT run_id, pair_id, objects FROM regions WHERE id = ?", [region_id]
-            ).fetchone(),
+            db.execute("SELECT run_id, pair_id FROM regions WHERE id = ?", [region_id]).fetchone(),
             f"region {region_id}: does not exist",
         )
-        if verdict == "adopt" and row["objects"] == "[]":
-            raise Conflict(f"region {region_id}: has no object that could be adopted")
         db.execute(
             "INSERT INTO audits (region_id, annotator_id, verdict, comment, created_at)"
             " VALUES (?, ?, ?, ?, ?)",
             [region_id, annotator, verdict, comment, utc_now()],
         )
-        return row["run_id"], row["pair_id"]
+        put_prediction(db, row["run_id"], row["pair_id"], "audited", audited)
 
-    return store.write(work)
+    store.write(work)

@@ -7,7 +7,7 @@ import sqlite3
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from reviewer.errors import Conflict, InvalidInput
+from reviewer.errors import Conflict, InvalidInput, Locked
 from reviewer.masks import Rle
 from reviewer.records import FINISHED, MaskRevision, RevisionSource
 from reviewer.store.database import Store, mask_columns, require, utc_now
@@ -56,10 +56,17 @@ def add_revision(
 ) -> int:
     """Append ground truth made from revision `parent` (0 = none yet); return its number.
 
+    Saying the same thing twice is one revision, so an answer that got lost can be asked for again.
+    The pair becomes "in progress" for an annotator who had not begun it.
+
+    Args:
+        ignore: pixels not to score; None keeps the parent's, an empty mask clears them.
+
     Raises:
         NotFound: when the pair does not exist.
         InvalidInput: when the mask has another size than the live image.
-        Conflict: when `parent` is not the newest revision, or the annotator finished the pair.
+        Conflict: when `parent` is not the newest revision.
+        Locked: when the annotator has finished the pair.
     """
 
     def work(db: sqlite3.Connection) -> int:
@@ -98,11 +105,19 @@ def _append(
             )
     _refuse_when_finished(db, pair_id, annotator_id, pair["title"])
     newest = db.execute(
-        "SELECT coalesce(max(number), 0) FROM mask_revisions WHERE pair_id = ?", [pair_id]
-    ).fetchone()[0]
-    if parent != newest:
+        "SELECT number, annotator_id, rle, ignore_rle FROM mask_revisions WHERE pair_id = ?"
+        " ORDER BY number DESC LIMIT 1",
+        [pair_id],
+    ).fetchone()
+    number, kept = (newest["number"], newest["ignore_rle"]) if newest else (0, None)
+    ignore_rle = kept if ignore is None else (ignore.counts if ignore.area else None)
+    if newest and number == parent + 1:
+        stored = (newest["annotator_id"], newest["rle"], newest["ignore_rle"])
+        if stored == (annotator_id, mask.counts, ignore_rle):
+            return int(number)
+    if parent != number:
         raise Conflict(
-            f"pair {pair['title']}: made from revision {parent}, but the newest is {newest}"
+            f"pair {pair['title']}: made from revision {parent}, but the newest is {number}"
         )
     db.execute(
         "INSERT INTO mask_revisions (pair_id, number, parent, annotator_id, source,"
@@ -116,12 +131,18 @@ def _append(
             annotator_id,
             source,
             *mask_columns(mask),
-            ignore.counts if ignore else None,
+            ignore_rle,
             active_seconds,
             json.dumps(list(tool_log), separators=(",", ":")),
             utc_now(),
         ],
     )
+    if annotator_id is not None:
+        db.execute(
+            "INSERT OR IGNORE INTO reviews (pair_id, annotator_id, state, updated_at)"
+            " VALUES (?, ?, 'in_progress', ?)",
+            [pair_id, annotator_id, utc_now()],
+        )
     return parent + 1
 
 
@@ -133,7 +154,7 @@ def _refuse_when_finished(
         [pair_id, annotator_id],
     ).fetchone()
     if row and row["state"] in FINISHED:
-        raise Conflict(f"pair {title}: is {row['state']} and locked; reopen it to change the mask")
+        raise Locked(f"pair {title}: is {row['state']} and locked; reopen it to change the mask")
 
 
 def _revision(row: sqlite3.Row) -> MaskRevision:

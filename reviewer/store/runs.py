@@ -15,7 +15,7 @@ from reviewer.doi import Region
 from reviewer.errors import Conflict, NotFound
 from reviewer.masks import Rle
 from reviewer.records import Method, ObjectInstance, Run, StoredRegion
-from reviewer.store.database import Store, mask_columns, utc_now
+from reviewer.store.database import Store, mask_columns, require, utc_now
 from reviewer.store.revisions import rle_of_row
 
 Stage = Literal["align", "detect", "search", "integrate"]
@@ -285,7 +285,7 @@ def save_integration(
                 ],
             )
         for method, rle in (("base", base), ("doi", final)):
-            _put_prediction(db, run_id, pair_id, method, rle)
+            put_prediction(db, run_id, pair_id, method, rle)
         _forget_failure(db, run_id, pair_id, "integrate")
 
     store.write(work)
@@ -302,9 +302,19 @@ def load_regions(store: Store, run_id: int, pair_id: int) -> list[StoredRegion]:
     return [_region(row) for row in rows]
 
 
-def save_audited_prediction(store: Store, run_id: int, pair_id: int, mask: Rle) -> None:
-    """Write the mask that follows people's verdicts."""
-    store.write(lambda db: _put_prediction(db, run_id, pair_id, "audited", mask))
+def region_of_id(store: Store, region_id: int) -> tuple[int, int]:
+    """Return (run id, pair id) of a region.
+
+    Raises:
+        NotFound: when the region does not exist.
+    """
+    row = require(
+        store.read()
+        .execute("SELECT run_id, pair_id FROM regions WHERE id = ?", [region_id])
+        .fetchone(),
+        f"region {region_id}: does not exist",
+    )
+    return row["run_id"], row["pair_id"]
 
 
 def load_prediction(store: Store, run_id: int, pair_id: int, method: Method) -> Rle | None:
@@ -328,9 +338,10 @@ def save_failure(store: Store, run_id: int, pair_id: int, stage: Stage, message:
     )
 
 
-def _put_prediction(
+def put_prediction(
     db: sqlite3.Connection, run_id: int, pair_id: int, method: str, rle: Rle
 ) -> None:
+    """Write a final mask inside a transaction of the writer."""
     values = [run_id, pair_id, method, *mask_columns(rle)]
     db.execute(
         f"INSERT OR REPLACE INTO predictions VALUES ({', '.join('?' * len(values))})", values

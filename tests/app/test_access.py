@@ -1,5 +1,7 @@
 """Only signed-in people, only by this server's names, only from its own pages."""
 
+import time
+
 import pytest
 from starlette.websockets import WebSocketDisconnect
 
@@ -73,12 +75,41 @@ def test_another_host_name_is_refused(stranger):
     assert reply.status_code == 421 and "evil.example" in reply.json()["detail"]
 
 
+@pytest.mark.parametrize("host", ["[", "[::1", "a b", ""])
+def test_a_malformed_host_is_refused(stranger, host):
+    assert stranger.get("/sign-in", headers={"Host": host}).status_code == 421
+
+
+def test_pages_are_not_static_files(stranger):
+    sign_in(stranger)
+    assert stranger.get("/static/workbench.html?client=x").status_code == 404
+    assert stranger.get("/static/js/main.js").status_code == 200
+
+
+def test_names_of_scripts_may_have_any_letters(stranger):
+    headers = {"Authorization": f"Bearer {TOKEN}".encode(), "X-Annotator": "Jürgen".encode()}
+    assert stranger.get("/api/me", headers=headers).json() == {"annotator": "Jürgen"}
+
+
+def test_a_body_that_is_too_large_is_refused_before_it_is_read(stranger):
+    headers = {**HERE, "Content-Length": "20000"}
+    assert stranger.post("/sign-in", content=b"x", headers=headers).status_code == 413
+
+
+def test_a_cookie_ends_after_a_month(stranger, access, monkeypatch):
+    stranger.cookies.set(access.cookie, access.issue("Ada"))
+    assert stranger.get("/api/me").status_code == 200
+    later = time.time() + 31 * 86400
+    monkeypatch.setattr("reviewer.app.access.time.time", lambda: later)
+    assert stranger.get("/api/me").status_code == 401
+
+
 @pytest.mark.parametrize("host", ["localhost:9000", "127.0.0.1:8000", "[::1]:8000"])
 def test_loopback_names_may_come_by_any_port(stranger, host):
     assert stranger.get("/sign-in", headers={"Host": host}).status_code == 200
 
 
-@pytest.mark.parametrize("origin", ["http://evil.example", "null", None])
+@pytest.mark.parametrize("origin", ["http://evil.example", "http://[", "null", None])
 def test_a_change_from_another_page_is_refused(stranger, origin):
     sign_in(stranger)
     headers = {"Origin": origin} if origin else {}

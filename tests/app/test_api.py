@@ -112,13 +112,31 @@ def test_a_mask_is_committed_on_its_revision(client, tiny_split, put):
 
 @pytest.mark.parametrize("put", [put_png, put_json])
 def test_a_stale_revision_is_409_and_changes_nothing(client, tiny_split, put):
-    put(client, 1, 1)
+    put_png(client, 1, 1, encode_png(~some_mask()))
     reply = put(client, 1, 1)
     assert reply.status_code == 409 and "the newest is 2" in reply.json()["detail"]
     assert len(client.get("/api/pairs/1/revisions").json()) == 2
 
 
 GREY = np.arange(120 * 160).astype(np.uint8).reshape(120, 160)
+
+
+@pytest.mark.parametrize("put", [put_png, put_json])
+def test_saying_the_same_again_is_one_revision(client, tiny_split, put):
+    assert put(client, 1, 1).json() == put(client, 1, 1).json() == {"revision": 2}
+    assert len(client.get("/api/pairs/1/revisions").json()) == 2
+
+
+def test_ill_posed_pixels_stay_ignored_until_they_are_cleared(client, tiny_split):
+    ignore = encode_rle(some_mask()).counts
+    put_json(client, 1, 1, ignore=ignore)
+    put_png(client, 1, 2, encode_png(~some_mask()))
+    assert client.get("/api/pairs/1/mask", headers=JSON).json()["ignore"] == ignore
+    client.put("/api/pairs/1/state", json={"state": "confirmed_empty"})
+    assert client.get("/api/pairs/1/mask", headers=JSON).json()["ignore"] == ignore
+    client.put("/api/pairs/1/state", json={"state": "in_progress"})
+    put_json(client, 1, 4, ignore=encode_rle(some_mask(False)).counts)
+    assert client.get("/api/pairs/1/mask", headers=JSON).json()["ignore"] is None
 
 
 @pytest.mark.parametrize(
@@ -165,11 +183,33 @@ def test_a_commit_needs_its_revision(client, tiny_split, match):
 def test_states_are_set_and_lock(client, tiny_split):
     reply = client.put("/api/pairs/1/state", json={"state": "confirmed_empty"})
     assert reply.json() == {"state": "confirmed_empty", "revision": 2}
-    assert put_png(client, 1, 2).status_code == 409
+    assert put_png(client, 1, 2).status_code == 423
     client.put("/api/pairs/1/state", json={"state": "in_progress"})
     assert put_png(client, 1, 2).status_code == 200
     assert client.put("/api/pairs/1/state", json={"state": "done"}).status_code == 422
     assert client.put("/api/pairs/99/state", json={"state": "approved"}).status_code == 404
+
+
+def test_a_state_is_not_set_on_a_revision_that_was_not_seen(client, tiny_split):
+    put_png(client, 1, 1)
+    stale = {"If-Match": '"1"'}
+    reply = client.put("/api/pairs/1/state", json={"state": "approved"}, headers=stale)
+    assert reply.status_code == 409 and "the newest is 2" in reply.json()["detail"]
+
+
+def test_confirming_empty_keeps_the_scores(client, run):
+    client.put("/api/pairs/1/state", json={"state": "confirmed_empty"})
+    assert client.get("/api/pairs/1").json()["scores"]["doi"]["tp"] == 0
+
+
+@pytest.mark.parametrize(
+    ("path", "status"),
+    [("/api/pairs/99999999999999999999", 422), ("/api/pairs/0", 422), ("/api/nothing", 404)],
+)
+def test_every_error_is_problem_json(client, tiny_split, path, status):
+    reply = client.get(path)
+    assert reply.status_code == status
+    assert reply.headers["content-type"] == "application/problem+json"
 
 
 def test_a_verdict_moves_the_prediction(client, run):
@@ -202,7 +242,8 @@ def test_the_interface_is_described(client):
 def test_a_desk_follows_its_person(client, run):
     with client.websocket_connect("/api/desk", headers=HERE) as socket:
         ready = socket.receive_json()
-        assert ready == {"type": "ready", "annotator": "Ada", "run": run.name, "pair": 1}
+        assert (ready["annotator"], ready["run"], ready["pair"]) == ("Ada", run.name, 1)
+        assert ready["fresh"]
         socket.send_json({"type": "showing", "pair": 1})
         assert socket.receive_json() == {"type": "ahead", "pairs": [2, 3]}
         socket.send_json({"type": "step", "by": 1})

@@ -51,6 +51,14 @@ def test_the_file_is_durable_and_checked(db):
     assert db.read().execute("PRAGMA journal_mode").fetchone()[0] == "wal"
 
 
+def test_readers_of_finished_threads_are_closed(db):
+    for _ in range(20):
+        thread = threading.Thread(target=db.read)
+        thread.start()
+        thread.join()
+    assert len(db._readers) <= 2
+
+
 def test_a_missing_database_says_how_to_make_one(tmp_path):
     with pytest.raises(NotFound, match="reviewer import"):
         Store(tmp_path / "none.db")

@@ -5,7 +5,7 @@ import sqlite3
 import numpy as np
 import pytest
 
-from reviewer.errors import Conflict, InvalidInput, NotFound
+from reviewer.errors import Conflict, InvalidInput, Locked, NotFound
 from reviewer.masks import decode_rle, empty_rle, encode_rle
 from reviewer.store.reviews import annotator_id, review_state, set_review_state
 from reviewer.store.revisions import add_revision, list_revisions, newest_revision
@@ -66,9 +66,9 @@ def test_a_finished_pair_is_locked_for_the_one_who_finished_it(db, tiny_split, s
     ada = annotator_id(db, "Ada")
     set_review_state(db, pair.id, ada, state)
     parent = newest_revision(db, pair.id).number
-    with pytest.raises(Conflict, match=f"is {state} and locked"):
+    with pytest.raises(Locked, match=f"is {state} and locked"):
         save(db, pair, parent)
-    assert save(db, pair, parent, who="Bob") == parent + 1
+    assert save(db, pair, parent, who="Bob", rle=some_mask(pair, 7)) == parent + 1
     set_review_state(db, pair.id, ada, "in_progress")
     assert save(db, pair, parent + 1) == parent + 2
 
