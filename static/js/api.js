@@ -12,9 +12,12 @@ export class ApiError extends Error {
   }
 }
 
+const PATIENCE_MS = 20_000;
+
 /** @param {string} path @param {RequestInit} [options] */
 async function call(path, options = {}) {
-  const reply = await fetch(path, { credentials: "same-origin", ...options });
+  const signal = AbortSignal.timeout(PATIENCE_MS);
+  const reply = await fetch(path, { credentials: "same-origin", signal, ...options });
   const text = await reply.text();
   const body = text && reply.headers.get("content-type")?.includes("json") ? JSON.parse(text) : null;
   if (!reply.ok) throw new ApiError(reply.status, body?.detail ?? `${reply.status} ${path}`);
@@ -39,8 +42,9 @@ export const api = {
   /** @param {number} id @param {number} revision @param {object} change */
   putMask: (id, revision, change) =>
     call(`/api/pairs/${id}/mask`, send("PUT", change, { "If-Match": `"${revision}"` })),
-  /** @param {number} id @param {string} state */
-  putState: (id, state) => call(`/api/pairs/${id}/state`, send("PUT", { state })),
+  /** @param {number} id @param {string} state @param {number | null} revision that was looked at */
+  putState: (id, state, revision) =>
+    call(`/api/pairs/${id}/state`, send("PUT", { state }, revision === null ? {} : { "If-Match": `"${revision}"` })),
   /** @param {number} region @param {string} verdict */
   audit: (region, verdict) => call(`/api/regions/${region}/audit`, send("POST", { verdict })),
   /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer */
@@ -62,8 +66,10 @@ export function openDesk(client, receive) {
   let socket;
   const connect = () => {
     socket = new WebSocket(url);
-    socket.onopen = () => (wait = 500);
-    socket.onmessage = (event) => receive(JSON.parse(event.data));
+    socket.onmessage = (event) => {
+      wait = 500;
+      receive(JSON.parse(event.data));
+    };
     socket.onclose = () => {
       setTimeout(connect, wait);
       wait = Math.min(wait * 2, 8000);
@@ -71,9 +77,11 @@ export function openDesk(client, receive) {
   };
   connect();
   return {
-    /** @param {object} message */
+    /** @param {object} message @returns {boolean} whether it could be sent */
     send(message) {
-      if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+      const open = socket.readyState === WebSocket.OPEN;
+      if (open) socket.send(JSON.stringify(message));
+      return open;
     },
   };
 }

@@ -1,31 +1,48 @@
 /**
- * A conflict: somebody else saved the pair meanwhile. Show both masks, let the person choose.
- * Whatever is chosen, both versions are in the pair's history or become part of it.
+ * A conflict: somebody else saved the pair meanwhile. Show both masks, let the person choose. Both
+ * versions become part of the pair's history, whichever is on top.
  */
 import { api } from "./api.js";
 import { MaskView } from "./maskview.js";
 import { decode } from "./rle.js";
 
-/** @param {number} id @param {import("./saver.js").Saver} saver @param {(id: number) => void} reopen */
-export async function showConflict(id, saver, reopen) {
+/** @param {number} id @param {string} name of the pair @param {import("./saver.js").Saver} saver
+ * @param {(id: number) => void} reopen */
+export async function showConflict(id, name, saver, reopen) {
   const mine = saver.unsent(id);
-  const theirs = await api.mask(id);
   if (!mine) return;
+  const theirs = await api.mask(id);
   const dialog = /** @type {HTMLDialogElement} */ (document.getElementById("conflict"));
   paint("conflict-mine", mine.counts, mine.width, mine.height);
   paint("conflict-theirs", theirs.mask.counts, mine.width, mine.height);
   const who = theirs.annotator ?? "an import";
   text("conflict-who", `Revision ${theirs.revision} by ${who}`);
-  text("conflict-text", `You began from revision ${mine.revision}; ${who} has saved revision ${theirs.revision} since.`);
-  const choose = (/** @type {number | null} */ revision) => {
+  text("conflict-text", `${name}: you began from revision ${mine.revision}; ${who} has saved revision ${theirs.revision} since.`);
+  let decided = false;
+  on("keep-mine", () => {
+    decided = true;
     dialog.close();
-    saver.resolve(id, revision);
-    if (revision === null) reopen(id);
-  };
-  /** @type {any} */ (document.getElementById("keep-mine")).onclick = () => choose(theirs.revision);
-  /** @type {any} */ (document.getElementById("take-theirs")).onclick = () => choose(null);
-  dialog.oncancel = (event) => event.preventDefault();
+    saver.resolve(id, theirs.revision);
+  });
+  on("take-theirs", async () => {
+    decided = true;
+    dialog.close();
+    const { width, height, counts, log, seconds } = mine;
+    const kept = await api.putMask(id, theirs.revision, {
+      mask: { width, height, counts }, active_seconds: Math.round(seconds * 10) / 10, tool_log: log,
+    });
+    await api.putMask(id, kept.revision, { mask: theirs.mask, tool_log: [{ tool: "take theirs" }] });
+    saver.resolve(id, null);
+    reopen(id);
+  });
+  // Escape must not leave the question unanswered.
+  dialog.onclose = () => { if (!decided) dialog.showModal(); };
   if (!dialog.open) dialog.showModal();
+}
+
+/** @param {string} id @param {() => void} click */
+function on(id, click) {
+  /** @type {HTMLButtonElement} */ (document.getElementById(id)).onclick = click;
 }
 
 /** @param {string} id @param {string} counts @param {number} width @param {number} height */

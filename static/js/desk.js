@@ -24,43 +24,56 @@ export class PairDesk {
     /** @type {Record<string, Brush>} */
     this.tools = { brush: new Brush(1), eraser: new Brush(0) };
     this.request = 0;
+    /** @type {number | null} the pair asked for last */
+    this.wanted = null;
+    this.busy = false;
     /** @type {Brush | null} */
     this.active = null;
   }
 
-  /** Open a pair; a stale answer is dropped. @param {number} id @param {string | null} run */
+  /** Open a pair, or read the open one again; a stale answer is dropped.
+   * @param {number} id @param {string | null} run @returns {Promise<boolean>} whether it is open */
   async open(id, run) {
     const request = ++this.request;
-    const [pair, reply] = await Promise.all([api.pair(id, run), api.mask(id)]);
-    if (request !== this.request) return;
+    this.wanted = id;
+    const [pair, reply] = await Promise.all([api.pair(id, run), this.newestMask(id)]);
+    if (request !== this.request) return false;
+    this.end();
     const { state } = this;
     const same = state.pair?.id === id;
+    const unsent = this.saver.unsent(id);
+    const fits = unsent?.width === pair.width && unsent?.height === pair.height;
+    const shown = unsent && fits ? unsent.counts : reply.mask.counts;
+    const mask = decode(shown, pair.width, pair.height);
+    // The person's own undo history holds as long as nobody else's mask came in.
+    const kept = same && (unsent !== null || reply.revision === state.revision);
     state.pair = pair;
     state.run = pair.run;
     state.region = same ? Math.min(state.region, pair.regions.length - 1) : -1;
-    const unsent = this.saver.unsent(id);
-    this.active = null;
-    if (!same || !unsent) {
-      state.revision = reply.revision;
-      this.mask = decode(reply.mask.counts, pair.width, pair.height);
+    state.revision = unsent ? unsent.revision : reply.revision;
+    if (!kept) {
+      this.mask = mask;
       this.history = new History();
     }
-    if (!same && unsent) {
-      this.mask = decode(unsent.counts, pair.width, pair.height);
-      state.revision = unsent.revision;
-      if (!this.saver.waiting.has(id) && this.saver.flying?.id !== id) this.saver.save(unsent);
-      this.on.notice("Unsent work of this pair was found and is sent now.");
-    }
-    this.activity.take();
+    if (!same) this.activity.take();
     this.on.mask(null);
     this.on.pair(!same);
+    return true;
+  }
+
+  /** The ground truth, not older than what was acknowledged here. @param {number} id */
+  async newestMask(id) {
+    const reply = await api.mask(id);
+    return reply.revision < (this.saver.newest.get(id) ?? 0) ? api.mask(id) : reply;
   }
 
   /** Read regions, scores and layers again; the mask stays. */
   async refresh() {
     const { pair } = this.state;
     if (!pair) return;
-    this.accept(await api.pair(pair.id, pair.run));
+    const request = this.request;
+    const fresh = await api.pair(pair.id, pair.run);
+    if (request === this.request) this.accept(fresh);
   }
 
   /** @param {import("./state.js").Pair} pair */
@@ -158,21 +171,31 @@ export class PairDesk {
       this.on.notice("This region has no object that could be adopted.");
       return;
     }
-    this.accept(await api.audit(chosen.id, verdict));
+    const request = this.request;
+    const fresh = await api.audit(chosen.id, verdict);
+    if (request === this.request) this.accept(fresh);
   }
 
   /** @param {string} next @returns {Promise<boolean>} whether the state was set */
   async setState(next) {
-    const { pair } = this.state;
-    if (!pair) return false;
-    if (!this.saver.idle) {
+    const { pair, revision } = this.state;
+    if (!pair || this.busy) return false;
+    const reopening = next === "in_progress";
+    if (!reopening && this.saver.unsent(pair.id)) {
       this.on.notice("The last change is not saved yet; try again in a moment.");
       return false;
     }
-    const reply = await api.putState(pair.id, next);
-    pair.state = reply.state;
-    if (reply.revision !== this.state.revision) await this.open(pair.id, pair.run);
-    this.on.pair(false);
+    this.busy = true;
+    try {
+      const reply = await api.putState(pair.id, next, reopening ? null : revision);
+      pair.state = reply.state;
+      if (reopening && this.saver.parked.has(pair.id)) this.saver.resolve(pair.id, reply.revision);
+      if (this.state.pair !== pair) return false;
+      if (reply.revision !== this.state.revision) await this.open(pair.id, pair.run);
+      else this.on.pair(false);
+    } finally {
+      this.busy = false;
+    }
     this.on.changed();
     return true;
   }

@@ -4,24 +4,25 @@
  * "Ctrl" also stands for Command.
  */
 
-/** @type {{key: string, action: string, title: string, group: string, held?: boolean}[]} */
+/** `held` acts while the key is down, `repeats` acts again while it stays down.
+ * @type {{key: string, action: string, title: string, group: string, held?: boolean, repeats?: boolean}[]} */
 export const KEYS = [
   { key: "b", action: "brush", title: "Brush", group: "Draw" },
   { key: "e", action: "eraser", title: "Eraser", group: "Draw" },
-  { key: "[", action: "smaller", title: "Smaller brush", group: "Draw" },
-  { key: "]", action: "larger", title: "Larger brush", group: "Draw" },
-  { key: "Ctrl+z", action: "undo", title: "Undo", group: "Draw" },
-  { key: "Ctrl+Shift+z", action: "redo", title: "Redo", group: "Draw" },
+  { key: "[", action: "smaller", title: "Smaller brush", group: "Draw", repeats: true },
+  { key: "]", action: "larger", title: "Larger brush", group: "Draw", repeats: true },
+  { key: "Ctrl+z", action: "undo", title: "Undo", group: "Draw", repeats: true },
+  { key: "Ctrl+Shift+z", action: "redo", title: "Redo", group: "Draw", repeats: true },
   { key: "Escape", action: "cancel", title: "Take back the stroke in the air", group: "Draw" },
   { key: "p", action: "take", title: "Replace the mask with the prediction", group: "Draw" },
   { key: "h", action: "hide", title: "Hide overlays (hold)", group: "Look", held: true },
   { key: " ", action: "blink", title: "Blink live and reference (hold)", group: "Look", held: true },
   { key: "f", action: "fit", title: "Fit the whole image", group: "Look" },
   { key: "g", action: "goto", title: "Fit the selected region", group: "Look" },
-  { key: "-", action: "fainter", title: "Fainter overlays", group: "Look" },
-  { key: "=", action: "stronger", title: "Stronger overlays", group: "Look" },
-  { key: "Tab", action: "next-region", title: "Next region", group: "Audit" },
-  { key: "Shift+Tab", action: "previous-region", title: "Previous region", group: "Audit" },
+  { key: "-", action: "fainter", title: "Fainter overlays", group: "Look", repeats: true },
+  { key: "=", action: "stronger", title: "Stronger overlays", group: "Look", repeats: true },
+  { key: "Tab", action: "next-region", title: "Next region", group: "Audit", repeats: true },
+  { key: "Shift+Tab", action: "previous-region", title: "Previous region", group: "Audit", repeats: true },
   { key: "1", action: "agree", title: "Agree with the decision", group: "Audit" },
   { key: "2", action: "adopt", title: "Adopt the object", group: "Audit" },
   { key: "3", action: "keep", title: "Keep the detector's mask", group: "Audit" },
@@ -39,10 +40,13 @@ export const KEYS = [
 export function keyName(event) {
   const printable = event.key.length === 1;
   const key = printable ? event.key.toLowerCase() : event.key;
-  const control = event.ctrlKey || event.metaKey;
+  // AltGr is how many keyboards write brackets, and reports Ctrl and Alt.
+  const composed = event.getModifierState("AltGraph");
+  const control = (event.ctrlKey || event.metaKey) && !composed;
+  const alt = event.altKey && !composed ? "Alt+" : "";
   // A printable key already says by itself whether Shift was down ("?"), but for letters.
   const shift = event.shiftKey && (!printable || key !== key.toUpperCase());
-  return (control ? "Ctrl+" : "") + (shift ? "Shift+" : "") + key;
+  return alt + (control ? "Ctrl+" : "") + (shift ? "Shift+" : "") + key;
 }
 
 /** @param {string} name @returns {string | null} */

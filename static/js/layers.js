@@ -18,44 +18,54 @@ export const LAYERS = {
   ground_truth: { title: "Mask alone", base: "", mask: "alone" },
 };
 
-const KEPT = 90;
+const LARGEST_BYTES = 400e6;
+const AGAIN_MS = 5000;
 
 export class Pictures {
   /** @param {() => void} arrived called when a picture is there */
   constructor(arrived) {
     this.arrived = arrived;
-    /** @type {Map<string, {bitmap: ImageBitmap | null, error: string}>} */
+    /** @type {Map<string, {bitmap: ImageBitmap | null, error: string, failed: number}>} */
     this.pictures = new Map();
+    this.bytes = 0;
   }
 
   /** Return a picture when it is decoded; else start loading it. @param {string} url */
   get(url) {
     const found = this.pictures.get(url);
-    if (found) {
+    if (found && !(found.failed && Date.now() - found.failed > AGAIN_MS)) {
       this.pictures.delete(url);
       this.pictures.set(url, found);
       return found;
     }
-    const entry = { bitmap: null, error: "" };
+    const entry = { bitmap: null, error: "", failed: 0 };
     this.pictures.set(url, entry);
     this.load(url, entry);
-    for (const old of this.pictures.keys()) {
-      if (this.pictures.size <= KEPT) break;
-      this.pictures.get(old)?.bitmap?.close();
-      this.pictures.delete(old);
-    }
     return entry;
   }
 
-  /** @param {string} url @param {{bitmap: ImageBitmap | null, error: string}} entry */
+  /** Drop the pictures unused for longest, so that the rest fits into memory. */
+  trim() {
+    for (const [url, { bitmap }] of this.pictures) {
+      if (this.bytes <= LARGEST_BYTES) break;
+      if (!bitmap) continue;
+      this.bytes -= 4 * bitmap.width * bitmap.height;
+      bitmap.close();
+      this.pictures.delete(url);
+    }
+  }
+
+  /** @param {string} url @param {{bitmap: ImageBitmap | null, error: string, failed: number}} entry */
   async load(url, entry) {
     try {
       const reply = await fetch(url, { credentials: "same-origin" });
       if (!reply.ok) throw new Error((await reply.json()).detail);
       entry.bitmap = await createImageBitmap(await reply.blob());
+      this.bytes += 4 * entry.bitmap.width * entry.bitmap.height;
+      this.trim();
     } catch (error) {
       entry.error = String(error instanceof Error ? error.message : error);
-      this.pictures.delete(url);
+      entry.failed = Date.now();
     }
     this.arrived();
   }

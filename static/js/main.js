@@ -31,13 +31,13 @@ const maskView = new MaskView();
 const saver = new Saver({ put: api.putMask, storage: localStorage, status: showSave,
   saved: (id, revision) => { desk.saved(id, revision); socket.send({ type: "changed" }); } });
 const desk = new PairDesk(state, saver, {
-  mask: (box) => { maskView.paint(desk.mask, box); view.ask(); },
+  mask: (box) => { maskView.paint(desk.mask, box); countSoon(); view.ask(); },
   pair: showPair,
   notice,
   changed: () => socket.send({ type: "changed" }),
 });
 const pictures = new Pictures(() => view.ask());
-const panes = new Panes($("panes"), choosePane, () => view.ask());
+const panes = new Panes($("panes"), choosePane, () => { if (state.fitted) fitAll(); view.ask(); });
 const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pair, layer) : "";
 const view = new View(state, panes, maskView, pictures, url);
 const socket = openDesk(new URLSearchParams(location.search).get("client") ?? "", receive);
@@ -46,15 +46,20 @@ const socket = openDesk(new URLSearchParams(location.search).get("client") ?? ""
 async function receive(message) {
   if (message.type === "ready") {
     const first = !person;
-    person = message.annotator;
+    person = `${message.store}.${message.annotator}`;
     if (first) start();
-    const wanted = Number(new URLSearchParams(location.search).get("pair")) || message.pair;
-    if (!state.pair && wanted) await open(wanted, message.run);
+    const linked = Number(new URLSearchParams(location.search).get("pair"));
+    // A desk that knows nothing yet follows the frame, after a restart say; else the frame the desk.
+    const own = state.pair?.id ?? (linked || state.lastPair(sessionStorage, message.store));
+    const wanted = message.fresh && own ? own : message.pair;
     if (!wanted) notice("There are no pairs yet. Import some: reviewer import DIR", true);
-    if (window.parent !== window) socket.send({ type: "window", width: window.parent.innerWidth });
+    else if (wanted !== state.pair?.id) await open(wanted, message.run);
+    else socket.send({ type: "showing", pair: wanted });
     await fillRuns();
+  } else if (message.type === "error") {
+    notice(message.detail, true);
   } else if (message.type === "open" && message.pair) {
-    if (message.pair !== state.pair?.id || message.run !== state.run) await open(message.pair, message.run);
+    if (message.pair !== desk.wanted || message.run !== state.run) await open(message.pair, message.run);
   } else if (message.type === "ahead") {
     for (const id of message.pairs) loadAhead(id);
   } else if (message.type === "end") {
@@ -71,6 +76,11 @@ function start() {
   $("opacity").value = String(state.opacity);
   showSettings();
   socket.send({ type: "theme", dark: state.dark });
+  if (window.parent !== window && !sessionStorage.getItem("reviewer.sized")) {
+    sessionStorage.setItem("reviewer.sized", "yes");
+    socket.send({ type: "window", width: window.parent.innerWidth });
+  }
+  if (saver.begin(person)) notice("Work from before that was not saved yet is sent now.");
   window.focus();
 }
 
@@ -78,8 +88,7 @@ function start() {
 async function open(id, run) {
   desk.cancel();
   try {
-    await desk.open(id, run);
-    socket.send({ type: "showing", pair: id });
+    if (await desk.open(id, run)) socket.send({ type: "showing", pair: id });
   } catch (error) {
     notice(error instanceof Error ? error.message : String(error), true);
   }
@@ -93,12 +102,14 @@ function showPair(fresh) {
   if (fresh) {
     panes.arrange();
     const place = state.place(sessionStorage, pair.id);
-    state.view = place?.view ?? fit(pair, panes.size());
+    state.fitted = place?.fitted ?? true;
+    state.view = place && !place.fitted ? place.view : fit(pair, panes.size());
     state.region = place?.region ?? -1;
   }
   $("title").textContent = `${pair.split}/${pair.name}`;
   $("state").textContent = STATES[pair.state];
   $("state").dataset.state = pair.state;
+  $("run").value = state.run ?? "";
   $("region-count").textContent = String(pair.regions.length);
   for (const { element } of panes.items) element.classList.toggle("locked", state.locked);
   for (const [action, off] of Object.entries({ submit: state.locked, empty: state.locked,
@@ -116,13 +127,13 @@ function showRegions() {
     select: (index) => { state.region = index; goToRegion(); },
     verdict: (index, verdict) => { state.region = index; attempt(desk.verdict(verdict)); },
   });
-  state.rememberPlace(sessionStorage);
+  rememberPlaceSoon();
 }
 
 function showFacts() {
   const { pair } = state;
   if (!pair) return;
-  const facts = [`${pair.width}×${pair.height}`, `mask ${area(desk.mask)} px`, `revision ${state.revision}`];
+  const facts = [`${pair.width}×${pair.height}`, `mask ${state.area} px`, `revision ${state.revision}`];
   if (pair.valid_fraction !== null) facts.push(`warp ${Math.round(pair.valid_fraction * 100)} % valid`);
   $("facts").textContent = facts.join("   ·   ");
   const at = state.cursor;
@@ -130,14 +141,38 @@ function showFacts() {
   $("where").textContent = `${where}${Math.round(state.view.scale * 100)} %`;
 }
 
-/** @param {string} status @param {string} [detail] */
-function showSave(status, detail = "") {
-  $("save").dataset.status = status;
-  $("save").textContent = detail && status !== "conflict" ? `${status}: ${detail}` : status;
-  if (status === "conflict" && state.pair) {
-    showConflict(state.pair.id, saver, (id) => { state.pair = null; open(id, state.run); });
+/** @param {string} status @param {string} [detail] @param {number} [id] the pair it is about */
+function showSave(status, detail = "", id = 0) {
+  const waits = [...saver.parked.values()][0];
+  const shown = status === "saved" && waits ? waits : status;
+  $("save").dataset.status = shown;
+  $("save").textContent = detail && status !== "conflict" ? `${shown}: ${detail}` : shown;
+  if (status === "conflict") {
+    const name = state.pair?.id === id ? `${state.pair.split}/${state.pair.name}` : `Pair ${id}`;
+    attempt(showConflict(id, name, saver, (which) => { if (state.pair?.id === which) open(which, state.run); }));
   }
-  if (status === "refused") notice(`Not saved: ${detail}`, true);
+  if (status === "locked") notice(`${detail} Your work is kept and sent when you reopen it (O).`, true);
+  if (status === "refused") notice(`Not saved, but kept in this browser: ${detail}`, true);
+}
+
+let counting = 0;
+/** Count the mask's pixels, once the stroke pauses. */
+function countSoon() {
+  clearTimeout(counting);
+  counting = window.setTimeout(() => { state.area = area(desk.mask); showFacts(); }, 60);
+}
+
+let remembering = 0;
+function rememberPlaceSoon() {
+  clearTimeout(remembering);
+  remembering = window.setTimeout(() => state.rememberPlace(sessionStorage, person), 200);
+}
+
+function fitAll() {
+  if (!state.pair) return;
+  state.view = fit(state.pair, panes.size());
+  state.fitted = true;
+  rememberPlaceSoon();
 }
 
 function showSettings() {
@@ -172,7 +207,10 @@ function choosePane(index, layer) {
 
 function goToRegion() {
   const box = state.pair?.regions[state.region]?.box_xyxy;
-  if (box) state.view = fitBox(box, panes.size());
+  if (box) {
+    state.view = fitBox(box, panes.size());
+    state.fitted = false;
+  }
   showRegions();
   view.ask();
 }
@@ -190,10 +228,12 @@ async function takePrediction() {
   if (!pair || state.locked) return;
   if (!pair.layers.includes("prediction")) return notice("This run has no prediction for the pair yet.", true);
   const reply = await fetch(url("prediction"), { credentials: "same-origin" });
+  if (!reply.ok) throw new Error((await reply.json()).detail);
   const bitmap = await createImageBitmap(await reply.blob(), { premultiplyAlpha: "none" });
   const context = new OffscreenCanvas(pair.width, pair.height).getContext("2d");
   context?.drawImage(bitmap, 0, 0);
   const pixels = context?.getImageData(0, 0, pair.width, pair.height).data ?? [];
+  if (state.pair?.id !== pair.id || state.locked || desk.active) return;
   desk.replace(Uint8Array.from({ length: pair.width * pair.height }, (_, i) => (pixels[4 * i + 3] ? 1 : 0)), "take prediction");
 }
 
@@ -223,7 +263,7 @@ const ACTIONS = {
   take: takePrediction,
   hide: (down) => { state.hidden = down; view.ask(); },
   blink: (down) => { state.blinking = down; view.ask(); },
-  fit: () => { if (state.pair) state.view = fit(state.pair, panes.size()); view.ask(); },
+  fit: () => { fitAll(); view.ask(); },
   goto: goToRegion,
   fainter: () => setOpacity(state.opacity - 0.1),
   stronger: () => setOpacity(state.opacity + 0.1),
@@ -233,15 +273,20 @@ const ACTIONS = {
   adopt: () => desk.verdict("adopt"),
   keep: () => desk.verdict("keep"),
   reject: () => desk.verdict("reject"),
-  submit: async () => { if (!state.locked && await desk.setState("submitted")) socket.send({ type: "step", by: 1 }); },
+  submit: async () => { if (!state.locked && await desk.setState("submitted")) step(1); },
   approve: () => desk.setState("approved"),
   empty: () => { if (!state.locked) return desk.setState("confirmed_empty"); },
   reopen: () => desk.setState("in_progress"),
-  next: () => socket.send({ type: "step", by: 1 }),
-  previous: () => socket.send({ type: "step", by: -1 }),
+  next: () => step(1),
+  previous: () => step(-1),
   theme: () => { state.dark = !state.dark; showSettings(); socket.send({ type: "theme", dark: state.dark }); },
   help: () => { $("help").open ? $("help").close() : $("help").showModal(); },
 };
+
+/** @param {1 | -1} by */
+function step(by) {
+  if (!socket.send({ type: "step", by })) notice("The server cannot be reached just now.", true);
+}
 
 /** Do an action; what goes wrong is told. @param {unknown} work */
 async function attempt(work) {
@@ -286,7 +331,7 @@ $("pane-count").onchange = () => {
   const more = Object.keys(LAYERS).filter((layer) => !state.layers.includes(layer));
   state.layers = [...state.layers, ...more].slice(0, count);
   panes.build(state.layers);
-  if (state.pair) state.view = fit(state.pair, panes.size());
+  fitAll();
   showSettings();
 };
 $("run").onchange = () => { socket.send({ type: "run", run: $("run").value }); $("run").blur(); };
@@ -297,19 +342,27 @@ listen($("panes"), state, {
   end: () => desk.end(),
   cancel: () => desk.cancel(),
   resize: (factor) => setRadius(state.radius * factor),
-  changed: () => { showFacts(); state.rememberPlace(sessionStorage); view.ask(); },
+  changed: () => { showFacts(); view.ask(); },
+  zoomed: () => { state.fitted = false; rememberPlaceSoon(); },
 });
 for (const type of /** @type {const} */ (["keydown", "keyup"])) {
   window.addEventListener(type, (event) => {
-    const typing = /** @type {HTMLElement} */ (event.target).matches?.("input:not([type=range]), textarea");
+    const target = /** @type {HTMLElement} */ (event.target);
     const action = actionOf(keyName(event));
-    if (typing || !action || (event.target instanceof HTMLSelectElement && event.key !== "Escape")) return;
-    const held = KEYS.find((entry) => entry.action === action)?.held;
+    if (type === "keyup") {
+      // Whatever has the focus by now, and whatever else is pressed: a released key is released.
+      for (const entry of KEYS) if (entry.held && entry.key === event.key.toLowerCase()) ACTIONS[entry.action](false);
+      return;
+    }
+    const entry = KEYS.find((candidate) => candidate.action === action);
+    if (!action || !entry || target.matches?.("input:not([type=range]), textarea, select")) return;
     if ($("conflict").open || ($("help").open && action !== "help")) return;
+    // A person who walks the controls by keyboard needs Tab and Enter for them.
+    if (target.matches?.("button, input") && ["Tab", "Shift+Tab", "Enter", " "].includes(entry.key)) return;
     event.preventDefault();
-    if ((type === "keyup" && !held) || (held && event.repeat)) return;
+    if (event.repeat && !entry.repeats) return;
     desk.activity.note();
-    attempt(ACTIONS[action](type === "keydown"));
+    attempt(ACTIONS[action](true));
   });
 }
 window.addEventListener("blur", () => { state.blinking = state.hidden = false; view.ask(); });

@@ -9,10 +9,10 @@ import { pan, toImage, zoomAt } from "./geometry.js";
  * @param {import("./state.js").State} state
  * @param {{size: () => {width: number, height: number}, begin: (at: {x: number, y: number}) => void,
  *   move: (at: {x: number, y: number}) => void, end: () => void, cancel: () => void,
- *   resize: (factor: number) => void, changed: () => void}} on
+ *   resize: (factor: number) => void, changed: () => void, zoomed: () => void}} on
  */
 export function listen(root, state, on) {
-  /** @type {{id: number, kind: "draw" | "pan", type: string} | null} */
+  /** @type {{id: number, kind: "draw" | "pan", type: string, x: number, y: number} | null} */
   let drag = null;
 
   /** @param {PointerEvent | WheelEvent} event */
@@ -39,7 +39,8 @@ export function listen(root, state, on) {
     canvas.setPointerCapture(event.pointerId);
     const panning = event.button === 1 || event.shiftKey;
     if (!panning && event.button !== 0) return;
-    drag = { id: event.pointerId, kind: panning ? "pan" : "draw", type: event.pointerType };
+    drag = { id: event.pointerId, kind: panning ? "pan" : "draw", type: event.pointerType,
+      x: event.clientX, y: event.clientY };
     if (!panning) on.begin(toImage(state.view, on.size(), place(event)));
     event.preventDefault();
   });
@@ -49,7 +50,10 @@ export function listen(root, state, on) {
     const canvas = /** @type {HTMLElement} */ (event.target).closest("canvas");
     if (!canvas && !drag) return;
     if (drag?.kind === "pan") {
-      state.view = pan(state.view, event.movementX, event.movementY);
+      on.zoomed();
+      state.view = pan(state.view, event.clientX - drag.x, event.clientY - drag.y);
+      drag.x = event.clientX;
+      drag.y = event.clientY;
     } else if (drag) {
       const samples = event.getCoalescedEvents?.() ?? [];
       for (const sample of samples.length ? samples : [event]) {
@@ -71,6 +75,7 @@ export function listen(root, state, on) {
   };
   root.addEventListener("pointerup", stop);
   root.addEventListener("pointercancel", stop);
+  root.addEventListener("lostpointercapture", stop);
   root.addEventListener("pointerleave", () => {
     state.cursor = null;
     on.changed();
@@ -83,6 +88,7 @@ export function listen(root, state, on) {
       on.resize(event.deltaY < 0 ? 1.15 : 1 / 1.15);
     } else {
       const factor = Math.exp(-event.deltaY * 0.0015);
+      on.zoomed();
       state.view = zoomAt(state.view, on.size(), place(event), factor);
     }
     on.changed();

@@ -1,89 +1,109 @@
 /**
  * Autosave: every finished action is sent at once, one request at a time, with the revision it
- * started from. What is not acknowledged stays in localStorage and is sent again: after an outage,
- * and after a reload. A conflict stops the line until the person has chosen.
+ * started from. What is not acknowledged stays in localStorage, under the database, the person and
+ * the pair, and is sent again: after an outage, and after a reload. A change that the server refuses
+ * is parked until somebody decides about it; other pairs go on.
  * @typedef {{id: number, revision: number, width: number, height: number, counts: string,
  *   log: object[], seconds: number}} Unsent
+ * @typedef {"saved" | "saving" | "offline" | "conflict" | "locked" | "refused"} Status
  */
 import { ApiError } from "./api.js";
 
-const PREFIX = "reviewer.unsent.";
 const WAITS = [1000, 2000, 4000, 8000];
+const LONGEST_LOG = 500;
+/** @type {Record<number, Status>} */
+const REFUSALS = { 409: "conflict", 423: "locked" };
 
 export class Saver {
   /**
    * @param {{put: (id: number, revision: number, change: object) => Promise<{revision: number}>,
-   *   storage: Storage, status: (status: string, detail?: string) => void,
+   *   storage: Storage, status: (status: Status, detail: string, id: number) => void,
    *   saved: (id: number, revision: number) => void}} parts
    */
   constructor(parts) {
     this.parts = parts;
+    this.prefix = "";
     /** @type {Map<number, Unsent>} */
     this.waiting = new Map();
+    /** @type {Map<number, Status>} pairs that wait for a decision */
+    this.parked = new Map();
+    /** @type {Map<number, number>} newest acknowledged revision of a pair */
+    this.newest = new Map();
     /** @type {Unsent | null} what the request in flight carries */
     this.flying = null;
-    this.stopped = false;
     this.failures = 0;
-    /** @type {any} */
+    /** @type {any} runs while the server cannot be reached */
     this.timer = 0;
+  }
+
+  /** Say whose work this is, and send what is left from before. @param {string} owner */
+  begin(owner) {
+    this.prefix = `reviewer.unsent.${owner}.`;
+    const { storage } = this.parts;
+    const keys = Array.from({ length: storage.length }, (_, k) => storage.key(k) ?? "");
+    for (const key of keys.filter((name) => name.startsWith(this.prefix))) {
+      const change = JSON.parse(storage.getItem(key) ?? "null");
+      if (change && !this.waiting.has(change.id)) this.waiting.set(change.id, change);
+    }
+    if (!this.idle) this.parts.status("saving", "", 0);
+    this.pump();
+    return this.waiting.size;
   }
 
   /** Hand in the mask after an action. @param {Unsent} change */
   save(change) {
-    const earlier = this.waiting.get(change.id);
-    const merged = earlier
-      ? { ...change, log: [...earlier.log, ...change.log], seconds: earlier.seconds + change.seconds }
-      : change;
-    this.waiting.set(change.id, merged);
-    this.keep(merged);
-    this.parts.status("saving");
+    this.put(merge(this.waiting.get(change.id), change));
+    if (!this.parked.has(change.id)) this.parts.status("saving", "", change.id);
     this.pump();
   }
 
-  /** What a pair has unsent, also from before a reload. @param {number} id @returns {Unsent | null} */
+  /** What a pair has that is not acknowledged. @param {number} id @returns {Unsent | null} */
   unsent(id) {
-    const text = this.parts.storage.getItem(PREFIX + id);
-    return this.waiting.get(id) ?? (text ? JSON.parse(text) : null);
+    return this.waiting.get(id) ?? (this.flying?.id === id ? this.flying : null);
   }
 
   get idle() {
     return !this.flying && this.waiting.size === 0;
   }
 
-  /** Go on after a conflict: send again from another revision, or give the change up.
-   * @param {number} id @param {number | null} revision null gives it up */
+  /** Decide about a parked pair: send again from a revision, or (null) give the change up.
+   * @param {number} id @param {number | null} revision */
   resolve(id, revision) {
     const change = this.waiting.get(id);
-    if (revision === null || !change) {
+    this.parked.delete(id);
+    if (revision === null) {
       this.waiting.delete(id);
-      this.parts.storage.removeItem(PREFIX + id);
-    } else {
-      this.waiting.set(id, { ...change, revision });
+      this.parts.storage.removeItem(this.prefix + id);
+    } else if (change) {
+      this.put({ ...change, revision });
     }
-    this.stopped = false;
-    this.parts.status(this.idle ? "saved" : "saving");
+    this.parts.status(this.idle ? "saved" : "saving", "", id);
     this.pump();
   }
 
-  /** Try now what waits for its turn. */
+  /** Try now what waits for the server to come back. */
   retry() {
     if (!this.timer) return;
     clearTimeout(this.timer);
     this.timer = 0;
-    this.stopped = false;
     this.pump();
   }
 
   /** @param {Unsent} change */
-  keep(change) {
-    this.parts.storage.setItem(PREFIX + change.id, JSON.stringify(change));
+  put(change) {
+    this.waiting.set(change.id, change);
+    try {
+      this.parts.storage.setItem(this.prefix + change.id, JSON.stringify(change));
+    } catch {
+      // Storage is full: the change still goes out, it just would not survive a reload.
+      this.parts.status("saving", "browser storage is full", change.id);
+    }
   }
 
   async pump() {
-    if (this.flying || this.stopped) return;
-    const next = this.waiting.values().next();
-    if (next.done) return;
-    const change = next.value;
+    if (this.flying || this.timer) return;
+    const change = [...this.waiting.values()].find(({ id }) => !this.parked.has(id));
+    if (!change) return;
     this.flying = change;
     this.waiting.delete(change.id);
     try {
@@ -97,43 +117,42 @@ export class Saver {
     } catch (error) {
       this.refuse(change, error);
     }
-    if (!this.flying) this.pump();
+    this.pump();
   }
 
   /** @param {Unsent} change @param {number} revision */
   acknowledge(change, revision) {
     this.flying = null;
     this.failures = 0;
+    this.newest.set(change.id, revision);
     const later = this.waiting.get(change.id);
-    if (later) {
-      const moved = { ...later, revision };
-      this.waiting.set(change.id, moved);
-      this.keep(moved);
-    } else {
-      this.parts.storage.removeItem(PREFIX + change.id);
-    }
+    if (later) this.put({ ...later, revision });
+    else this.parts.storage.removeItem(this.prefix + change.id);
     this.parts.saved(change.id, revision);
-    if (this.idle) this.parts.status("saved");
+    if (this.idle) this.parts.status("saved", "", change.id);
   }
 
   /** @param {Unsent} change @param {unknown} error */
   refuse(change, error) {
-    const later = this.waiting.get(change.id);
-    const again = later
-      ? { ...later, revision: change.revision, log: [...change.log, ...later.log],
-          seconds: change.seconds + later.seconds }
-      : change;
-    this.waiting.set(change.id, again);
-    this.keep(again);
     this.flying = null;
-    if (error instanceof ApiError && error.status < 500 && error.status !== 401) {
-      this.stopped = true;
-      this.parts.status(error.status === 409 ? "conflict" : "refused", error.message);
+    const later = this.waiting.get(change.id);
+    this.put(later ? { ...merge(change, later), revision: change.revision } : change);
+    const status = error instanceof ApiError ? error.status : 0;
+    if (status >= 400 && status < 500 && status !== 401) {
+      const parked = REFUSALS[status] ?? "refused";
+      this.parked.set(change.id, parked);
+      this.parts.status(parked, /** @type {Error} */ (error).message, change.id);
       return;
     }
-    const signedOut = error instanceof ApiError && error.status === 401;
-    this.parts.status("offline", signedOut ? "signed out: sign in again in another tab" : "");
-    this.stopped = true;
+    this.parts.status("offline", status === 401 ? "signed out: sign in again in another tab" : "", change.id);
     this.timer = setTimeout(() => this.retry(), WAITS[Math.min(this.failures++, WAITS.length - 1)]);
   }
+}
+
+/** The later mask with the actions and the seconds of both.
+ * @param {Unsent | undefined} earlier @param {Unsent} later @returns {Unsent} */
+function merge(earlier, later) {
+  if (!earlier) return later;
+  const log = [...earlier.log, ...later.log].slice(-LONGEST_LOG);
+  return { ...later, revision: earlier.revision, log, seconds: earlier.seconds + later.seconds };
 }

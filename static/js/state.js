@@ -38,6 +38,10 @@ export class State {
     this.region = -1;
     /** @type {{x: number, y: number} | null} */
     this.cursor = null;
+    /** Pixels of the mask, counted when it changes. */
+    this.area = 0;
+    /** Whether the view shows the whole image because nobody zoomed; a resize fits it again. */
+    this.fitted = true;
     this.blinking = false;
     this.hidden = false;
   }
@@ -58,11 +62,20 @@ export class State {
     storage.setItem(`reviewer.settings.${person}`, JSON.stringify(kept));
   }
 
-  /** Keep where the person is looking. @param {Storage} session */
-  rememberPlace(session) {
+  /** Keep where the person is looking. @param {Storage} session @param {string} owner */
+  rememberPlace(session, owner) {
     if (!this.pair) return;
-    const place = { pair: this.pair.id, view: this.view, region: this.region };
+    session.setItem("reviewer.owner", owner);
+    const place = { pair: this.pair.id, view: this.view, region: this.region, fitted: this.fitted };
     session.setItem("reviewer.place", JSON.stringify(place));
+  }
+
+  /** Return the pair that was open here in this database, 0 for none.
+   * @param {Storage} session @param {string} store */
+  lastPair(session, store) {
+    const owner = session.getItem("reviewer.owner") ?? "";
+    const text = session.getItem("reviewer.place");
+    return text && owner.startsWith(`${store}.`) ? JSON.parse(text).pair : 0;
   }
 
   /** Return the place when it is of this pair. @param {Storage} session @param {number} id */
