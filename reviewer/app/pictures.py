@@ -8,12 +8,15 @@ mean the same in both themes.
 from __future__ import annotations
 
 import colorsys
+import io
 from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+from PIL import Image as PillowImage
 
 from reviewer.dataset.files import read_rgb
 from reviewer.errors import NotFound
@@ -41,7 +44,9 @@ def draw_layer(store: Store, pair: Pair, run: Run | None, layer: str) -> bytes:
         NotFound: when the layer needs a run or a stage that is not there.
     """
     if layer in ("reference", "live"):
-        return _png(read_rgb(pair.reference.path if layer == "reference" else pair.live.path))
+        path = pair.reference.path if layer == "reference" else pair.live.path
+        # A PNG goes out as it is: the pixels of the file, and nothing to encode.
+        return _png(read_rgb(path)) if path.suffix.lower() != ".png" else _file(path)
     if layer == "ground_truth":
         revision = newest_revision(store, pair.id)
         if revision is None:
@@ -50,6 +55,13 @@ def draw_layer(store: Store, pair: Pair, run: Run | None, layer: str) -> bytes:
     if run is None:
         raise NotFound(f"layer {layer}: needs a run; run the pipeline or import layers first")
     return _png(DRAWERS[layer](store, pair, run))
+
+
+def _file(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise NotFound(f"{path}: cannot be read, {error.strerror}") from error
 
 
 def _warped(store: Store, pair: Pair, run: Run) -> Rgb:
@@ -199,7 +211,12 @@ def _rim(mask: Mask) -> Mask:
 
 
 def _png(picture: npt.NDArray[np.uint8]) -> bytes:
-    code = cv2.COLOR_RGBA2BGRA if picture.shape[2] == 4 else cv2.COLOR_RGB2BGR
-    ok, data = cv2.imencode(".png", cv2.cvtColor(picture, code), [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    if picture.shape[2] == 4:
+        # Overlays are mostly empty: Pillow's zlib runs over that faster than OpenCV's.
+        buffer = io.BytesIO()
+        PillowImage.fromarray(picture).save(buffer, "PNG", compress_level=1)
+        return buffer.getvalue()
+    bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
+    ok, data = cv2.imencode(".png", bgr, [cv2.IMWRITE_PNG_COMPRESSION, 1])
     assert ok, "OpenCV refused a plain picture"
     return data.tobytes()

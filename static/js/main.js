@@ -16,6 +16,7 @@ import { Saver } from "./saver.js";
 import { State } from "./state.js";
 import { View } from "./view.js";
 
+/** @type {Record<string, string>} */
 const STATES = {
   todo: "to do",
   in_progress: "in progress",

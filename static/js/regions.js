@@ -5,6 +5,7 @@
  */
 import { keyOf } from "./keys.js";
 
+/** @type {Record<string, string>} */
 const REASONS = {
   between_thresholds: "object fits better",
   seen_in_reference: "object was there before",

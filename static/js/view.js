@@ -13,7 +13,6 @@ export class View {
    * @param {import("./maskview.js").MaskView} mask @param {import("./layers.js").Pictures} pictures
    * @param {(layer: string) => string} url address of a layer of the open pair */
   constructor(state, panes, mask, pictures, url) {
-    Object.assign(this, { state, panes, mask, pictures, url });
     this.state = state;
     this.panes = panes;
     this.mask = mask;
@@ -57,10 +56,11 @@ export class View {
     context.setTransform(ratio * scale, 0, 0, ratio * scale, ratio * corner.x, ratio * corner.y);
     context.imageSmoothingEnabled = scale < 2.5;
     const { width, height } = state.pair;
-    const available = [layer.base, layer.overlay].every((l) => !l || state.pair.layers.includes(l));
+    const { layers } = state.pair;
+    const available = [layer.base, layer.overlay].every((l) => !l || layers.includes(l));
     let note = available ? "" : `${layer.title}: not in this run yet`;
     if (available && layer.base) {
-      const swap = reference && layer.base === "live" && state.pair.layers.includes("warped");
+      const swap = reference && layer.base === "live" && layers.includes("warped");
       const base = this.pictures.get(this.url(swap ? "warped" : layer.base));
       if (base.bitmap) context.drawImage(base.bitmap, 0, 0, width, height);
       note = base.error;
