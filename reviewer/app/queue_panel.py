@@ -15,7 +15,7 @@ from reviewer.records import ReviewState
 from reviewer.store.queue import ORDERS, Order, QueueEntry, list_progress
 from reviewer.store.runs import list_runs
 
-ROWS = 9
+ROWS = 14
 ALL = "all"
 STATE_TITLE: dict[ReviewState, str] = {
     "todo": "to do",
@@ -163,7 +163,7 @@ def _summary(desk: Desk, count: int, page: int, last: int) -> str:
         for state, title in STATE_TITLE.items()
     )
     return (
-        '<div style="padding:.5em .75em 0;font-size:.8em;line-height:1.7">'
+        '<div style="padding:.5em .75em .6em;font-size:.8em;line-height:1.7">'
         f"<b>{count}</b> pairs &middot; page {page + 1} of {last + 1} &middot; {name}<br>"
         f'<span style="opacity:.75">{legend}</span></div>'
     )

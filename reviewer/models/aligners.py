@@ -34,11 +34,7 @@ class HomographyAligner:
     def align(self, reference: Image, live: Image) -> Alignment:
         """Estimate the homography and turn it into a flow field."""
         matrix = self.estimate(reference, live)
-        height, width = live.shape[:2]
-        y, x = np.mgrid[0:height, 0:width].astype(np.float32)
-        points = np.stack([x, y], axis=2).reshape(-1, 1, 2)
-        landed = cv2.perspectiveTransform(points, matrix).reshape(height, width, 2)
-        flow = (landed - np.stack([x, y], axis=2)).astype(np.float32)
+        flow = _flow_of_homography(matrix, *live.shape[:2])
         return Alignment(flow, inside(flow, *reference.shape[:2]))
 
     def estimate(self, reference: Image, live: Image) -> npt.NDArray[np.float64]:
@@ -74,7 +70,8 @@ class DisAligner:
 
     Where the two directions disagree (occlusion, and just the changed objects) the flow there is
     not believed: it is interpolated from the agreeing pixels around, so that a new object is
-    compared with what lay behind it. Pixels too far from any agreeing pixel are not valid.
+    compared with what lay behind it. Far from any agreeing pixel (a large object, a bare wall) the
+    homography that most agreeing pixels follow stands in. What leaves the reference is not valid.
 
     Attributes:
         disagreement_px: largest forward-backward error that is believed.
@@ -99,8 +96,15 @@ class DisAligner:
         error = np.linalg.norm(forward + landing, axis=2)
         agreed = (error < self.disagreement_px) & inside(forward, height, width)
         flow, support = _interpolate(forward, agreed, self.reach_px)
-        valid = (support > 0.02) & inside(flow, height, width)
-        return Alignment(flow, valid)
+        lonely = support < 0.1
+        if lonely.any():
+            # Far from any agreeing pixel, as inside a large new object: one plane for the view.
+            plane = _fit_plane(forward, agreed)
+            if plane is None:
+                return Alignment(flow, ~lonely & inside(flow, height, width))
+            weight = np.clip(support / 0.1, 0, 1)[..., None]
+            flow = (weight * flow + (1 - weight) * plane).astype(np.float32)
+        return Alignment(flow, inside(flow, height, width))
 
 
 def _grey(image: Image) -> Image:
@@ -125,6 +129,27 @@ def _sample(field: Field, flow: Field) -> Field:
     return np.asarray(
         cv2.remap(field, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.float32
     )
+
+
+def _fit_plane(flow: Field, agreed: Mask) -> Field | None:
+    """Return the flow of the homography that most agreeing pixels follow; None without enough."""
+    rows, columns = np.nonzero(agreed[::8, ::8])
+    if len(rows) < 100:
+        return None
+    source = np.stack([columns, rows], axis=1).astype(np.float32) * 8
+    target = source + flow[::8, ::8][rows, columns]
+    cv2.setRNGSeed(0)
+    matrix, _ = cv2.findHomography(source, target, cv2.USAC_MAGSAC, 2.0, maxIters=500)
+    if matrix is None:
+        return None
+    return _flow_of_homography(np.asarray(matrix, np.float64), *flow.shape[:2])
+
+
+def _flow_of_homography(matrix: npt.NDArray[np.float64], height: int, width: int) -> Field:
+    y, x = np.mgrid[0:height, 0:width].astype(np.float32)
+    points = np.stack([x, y], axis=2)
+    landed = cv2.perspectiveTransform(points.reshape(-1, 1, 2), matrix)
+    return np.asarray(landed.reshape(height, width, 2) - points, np.float32)
 
 
 def _interpolate(flow: Field, agreed: Mask, reach_px: float) -> tuple[Field, Field]:

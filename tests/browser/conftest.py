@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 import uvicorn
-from find_browser import find_browser
+from find_browser import FLAGS, find_browser
 from playwright.sync_api import Frame, Page, sync_playwright
 from scenes import write_split
 from workbench import workbench_of
@@ -23,13 +23,6 @@ from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 
 TOKEN = "browser-test-token"
-FLAGS = [
-    "--no-sandbox",
-    "--disable-gpu",
-    "--use-gl=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--disable-background-networking",
-]
 
 
 @dataclass
