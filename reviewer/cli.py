@@ -169,6 +169,9 @@ def run(
     given = {key: value for key, value in given.items() if value is not None}
     with _open(db) as store:
         stored = {known.name: known.settings for known in list_runs(store)}.get(name or "", {})
+        if {"aligner", "detector", "segmenter"} & set(given):
+            # The stored settings of a member do not fit another one.
+            stored = {key: value for key, value in stored.items() if key != "model_settings"}
         settings = PipelineSettings.of_record({**stored, **given})
         _run(store, name, settings, stage, split, workers)
 
@@ -273,6 +276,9 @@ def _import_all(
                 f"{report.split}: {report.pairs} pairs, {len(report.skipped)} files skipped,"
                 f" masks: {report.polarity}"
             )
+    pairs = sum(report.pairs for report in reports)
+    skipped = sum(len(report.skipped) for report in reports)
+    typer.echo(f"{pairs} pairs imported, {skipped} files skipped")
 
 
 def _run(

@@ -46,6 +46,9 @@ class MapPanel:
         self._pairs: list[Pair] = []
         self._live: viser.BatchedMeshHandle | None = None
         self._marks: viser.PointCloudHandle | None = None
+        self._aimed: tuple[float, npt.NDArray[np.float64]] | None = None
+        self._occupancy: OccupancyMap | None = None
+        client.camera.on_update(self._camera_moved)
         client.scene.set_up_direction("+z")
         client.scene.configure_environment_map(hdri=None)
         client.scene.configure_default_lights(enabled=True, cast_shadow=False)
@@ -74,7 +77,8 @@ class MapPanel:
             self._build_grid(occupancy)
         if self._pairs:
             self._build_viewpoints()
-            self._aim(occupancy)
+            self._occupancy = occupancy
+            self._aim()
         self._split = split
 
     def _build_grid(self, occupancy: OccupancyMap) -> None:
@@ -157,8 +161,20 @@ class MapPanel:
         state: ReviewState = entry.state if entry else "todo"
         return UNSEEN if state == "todo" else STATE_COLOUR[state]
 
-    def _aim(self, occupancy: OccupancyMap | None) -> None:
+    def _camera_moved(self, camera: viser.CameraHandle) -> None:
+        """Aim again when the canvas got another shape and nobody has moved the camera since."""
+        with self._desk.lock:
+            if self._aimed is None or not self._pairs:
+                return
+            aspect, position = self._aimed
+            if abs(camera.aspect - aspect) > 0.02 and np.allclose(
+                camera.position, position, atol=0.02
+            ):
+                self._aim()
+
+    def _aim(self) -> None:
         """Look at the whole map from the south, steeply."""
+        occupancy = self._occupancy
         places = np.array([[p.live.pose.x, p.live.pose.y] for p in self._pairs if p.live.pose])
         low, high = places.min(axis=0), places.max(axis=0)
         if occupancy is not None:
@@ -174,6 +190,7 @@ class MapPanel:
             away = max(deep, 0.62 * wide / max(camera.aspect, 0.2))
             camera.position = (float(middle[0]), float(middle[1]) - 0.5 * away, 1.05 * away)
             camera.look_at = (float(middle[0]), float(middle[1]), 0.0)
+        self._aimed = camera.aspect, np.array(camera.position)
 
 
 def _placed(

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from reviewer.errors import ReviewerError
+from reviewer.models.registry import settings_of
 from reviewer.pipeline.settings import PipelineSettings, current_versions
 from reviewer.pipeline.stages import Members, build_members, run_stage
 from reviewer.records import Pair, Run
@@ -33,11 +34,24 @@ class RunReport:
 def prepare_run(store: Store, name: str | None, settings: PipelineSettings) -> Run:
     """Open the run of these settings, made if it is new.
 
+    What is recorded are the settings in force: the members' defaults too, so that a later version
+    with other defaults still knows what this run did.
+
     Raises:
         Conflict: when a run of that name has other settings.
         InvalidInput: when a member is unknown.
     """
-    build_members(settings)
+    built = build_members(settings)
+    in_force = {
+        stage: settings_of(member)
+        for stage, member in (
+            ("align", built.aligner),
+            ("detect", built.detector),
+            ("search", built.segmenter),
+        )
+        if member is not None
+    }
+    settings = replace(settings, model_settings=in_force)
     members = {
         "aligner": settings.aligner,
         "detector": settings.detector,

@@ -22,7 +22,8 @@ class PipelineSettings:
 
     Attributes:
         aligner, detector, segmenter: registry names; the last two may be "imported".
-        model_settings: settings of each member, by stage; defaults where empty.
+        model_settings: settings of each member by stage ("align", "detect", "search"); defaults
+            where empty. A run's record holds all of them.
         threshold: a pixel is changed where its probability exceeds this (paper: 0.5).
         scope, low, high, max_overlap_px, overlaps, touching_only: see `reviewer.doi.integrate`.
     """

@@ -4,7 +4,7 @@
  * @typedef {import("./state.js").State} State
  */
 import { Activity } from "./activity.js";
-import { api } from "./api.js";
+import { api, ApiError } from "./api.js";
 import { History } from "./history.js";
 import { emptyMask } from "./raster.js";
 import { decode, encode } from "./rle.js";
@@ -193,6 +193,12 @@ export class PairDesk {
       if (this.state.pair !== pair) return false;
       if (reply.revision !== this.state.revision) await this.open(pair.id, pair.run);
       else this.on.pair(false);
+    } catch (error) {
+      if (!(error instanceof ApiError && error.status === 409)) throw error;
+      // Somebody saved a newer mask meanwhile: show it before anybody answers for it.
+      await this.open(pair.id, pair.run);
+      this.on.notice("Somebody saved a newer mask of this pair. Look at it, then decide again.", true);
+      return false;
     } finally {
       this.busy = false;
     }

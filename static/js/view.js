@@ -94,7 +94,10 @@ export class View {
       context.drawImage(this.mask.fill, 0, 0);
     }
     context.globalAlpha = kind === "fill" ? 1 : 0.85;
-    context.drawImage(this.mask.rim, 0, 0);
+    // A line of one pixel fades when it is scaled down; drawn again, it stays as visible.
+    context.imageSmoothingQuality = "high";
+    const times = Math.min(3, Math.ceil(1 / state.view.scale));
+    for (let k = 0; k < times; k++) context.drawImage(this.mask.rim, 0, 0);
     context.globalAlpha = 1;
   }
 

@@ -109,6 +109,14 @@ def test_runs_of_other_settings_live_side_by_side(db, tiny_split, run):
     assert run_of_name(db, image.name).settings["scope"] == "image"
 
 
+def test_a_run_records_every_setting_in_force(db, run):
+    recorded = run_of_name(db, run.name).settings
+    assert recorded["model_settings"]["detect"]["middle"] == 5.0
+    assert recorded["model_settings"]["align"]["disagreement_px"] == 1.5
+    assert set(recorded["model_settings"]["search"]) >= {"scale", "vote", "present"}
+    assert recorded["high"] == 0.9
+
+
 def test_a_name_with_other_settings_is_a_conflict(db, run):
     with pytest.raises(Conflict, match="exists with another high"):
         prepare_run(db, run.name, PipelineSettings(high=0.8))
