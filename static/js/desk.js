@@ -91,6 +91,7 @@ export class PairDesk {
       return;
     }
     this.active = this.tools[this.state.tool];
+    this.state.drawing = true;
     this.on.mask(this.active.begin(this.mask, at, this.state.radius));
   }
 
@@ -103,6 +104,7 @@ export class PairDesk {
     const tool = this.active;
     const stroke = tool?.end();
     this.active = null;
+    this.state.drawing = false;
     if (!tool || !stroke) return;
     if (this.history.record(tool.name, stroke.before, this.mask, stroke.box)) {
       this.save({ tool: tool.name, radius: this.state.radius, samples: stroke.samples });
@@ -112,6 +114,7 @@ export class PairDesk {
   cancel() {
     const box = this.active?.cancel(this.mask);
     this.active = null;
+    this.state.drawing = false;
     if (box) this.on.mask(box);
   }
 

@@ -3,6 +3,12 @@
  */
 import { LAYERS } from "./layers.js";
 
+/**
+ * @typedef {{element: HTMLElement, canvas: HTMLCanvasElement, select: HTMLSelectElement,
+ *   note: HTMLElement, ground: {canvas: OffscreenCanvas, key: string}}} Pane
+ *   ground: what lies under the mask, as drawn last
+ */
+
 export const COUNTS = [1, 2, 3, 4, 6, 8];
 const GAP = 2;
 
@@ -12,7 +18,7 @@ export class Panes {
   constructor(root, chosen, resized) {
     this.root = root;
     this.chosen = chosen;
-    /** @type {{element: HTMLElement, canvas: HTMLCanvasElement, select: HTMLSelectElement, note: HTMLElement}[]} */
+    /** @type {Pane[]} */
     this.items = [];
     this.observer = new ResizeObserver(() => {
       this.arrange();
@@ -39,7 +45,7 @@ export class Panes {
       };
       const note = document.createElement("p");
       element.append(canvas, note, select);
-      return { element, canvas, select, note };
+      return { element, canvas, select, note, ground: { canvas: new OffscreenCanvas(1, 1), key: "" } };
     });
     this.root.replaceChildren(...this.items.map((item) => item.element));
     this.arrange();

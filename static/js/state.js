@@ -42,6 +42,8 @@ export class State {
     this.area = 0;
     /** Whether the view shows the whole image because nobody zoomed; a resize fits it again. */
     this.fitted = true;
+    /** A stroke is under way. */
+    this.drawing = false;
     this.blinking = false;
     this.hidden = false;
   }

@@ -40,45 +40,64 @@ export class View {
     if (state.blinking) this.ask();
   }
 
-  /** @param {{canvas: HTMLCanvasElement, note: HTMLElement, element: HTMLElement}} item
-   * @param {string} name @param {boolean} reference */
+  /** What lies under the mask is drawn once and kept until something of it changes; a stroke then
+   * costs a copy of the pane, the mask and the cursor.
+   * @param {import("./panes.js").Pane} item @param {string} name @param {boolean} reference */
   drawPane(item, name, reference) {
     const { state, panes } = this;
-    const context = item.canvas.getContext("2d");
+    const context = item.canvas.getContext("2d", { alpha: false });
     if (!context || !state.pair) return;
     const layer = LAYERS[name];
     const size = panes.size();
     const ratio = item.canvas.width / size.width;
     const { scale } = state.view;
     const corner = toScreen(state.view, size, { x: 0, y: 0 });
+    const place = /** @type {const} */ ([ratio * scale, 0, 0, ratio * scale, ratio * corner.x, ratio * corner.y]);
+    const ground = this.ground(item, layer, reference, place);
     context.setTransform(1, 0, 0, 1, 0, 0);
-    context.clearRect(0, 0, item.canvas.width, item.canvas.height);
-    context.setTransform(ratio * scale, 0, 0, ratio * scale, ratio * corner.x, ratio * corner.y);
+    context.drawImage(ground.canvas, 0, 0);
+    context.setTransform(...place);
     context.imageSmoothingEnabled = scale < 2.5;
-    const { width, height } = state.pair;
-    const { layers } = state.pair;
+    this.drawMask(context, layer.mask);
+    this.drawMarks(context, scale);
+    if (item.note.textContent !== ground.note) item.note.textContent = ground.note;
+  }
+
+  /** Return the pane's pictures, drawn in place. @param {import("./panes.js").Pane} item
+   * @param {import("./layers.js").Layer} layer @param {boolean} reference
+   * @param {readonly [number, number, number, number, number, number]} place
+   * @returns {{canvas: OffscreenCanvas, note: string}} */
+  ground(item, layer, reference, place) {
+    const { state } = this;
+    const { layers, width, height } = /** @type {import("./state.js").Pair} */ (state.pair);
     const available = [layer.base, layer.overlay].every((l) => !l || layers.includes(l));
-    let note = available ? "" : `${layer.title}: not in this run yet`;
-    if (available && layer.base) {
-      const swap = reference && layer.base === "live" && layers.includes("warped");
-      const base = this.pictures.get(this.url(swap ? "warped" : layer.base));
-      if (base.bitmap) context.drawImage(base.bitmap, 0, 0, width, height);
-      note = base.error;
-    }
-    if (available && layer.overlay && !state.hidden) {
-      const overlay = this.pictures.get(this.url(layer.overlay));
-      if (layer.dim && overlay.bitmap) {
+    const swap = reference && layer.base === "live" && layers.includes("warped");
+    const wanted = [swap ? "warped" : layer.base, state.hidden ? "" : layer.overlay ?? ""];
+    const [base, overlay] = wanted.map((l) => (l && available ? this.pictures.get(this.url(l)) : null));
+    const key = [place, item.canvas.width, item.canvas.height, state.opacity, state.dark, layer.dim,
+      wanted.map(this.url), Boolean(base?.bitmap), Boolean(overlay?.bitmap)].join();
+    const note = available ? base?.error || overlay?.error || "" : `${layer.title}: not in this run yet`;
+    if (item.ground.key === key) return { canvas: item.ground.canvas, note };
+    const { canvas } = item.ground;
+    canvas.width = item.canvas.width;
+    canvas.height = item.canvas.height;
+    const context = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext("2d"));
+    context.fillStyle = state.dark ? "#0c0e11" : "#dfe3e8";
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.setTransform(...place);
+    context.imageSmoothingEnabled = state.view.scale < 2.5;
+    if (base?.bitmap) context.drawImage(base.bitmap, 0, 0, width, height);
+    if (overlay?.bitmap) {
+      if (layer.dim) {
         context.fillStyle = "rgba(0, 0, 0, 0.35)";
         context.fillRect(0, 0, width, height);
       }
       context.globalAlpha = Math.min(1, 0.35 + state.opacity);
-      if (overlay.bitmap) context.drawImage(overlay.bitmap, 0, 0, width, height);
+      context.drawImage(overlay.bitmap, 0, 0, width, height);
       context.globalAlpha = 1;
-      note = note || overlay.error;
     }
-    this.drawMask(context, layer.mask);
-    this.drawMarks(context, scale);
-    if (item.note.textContent !== note) item.note.textContent = note;
+    item.ground.key = key;
+    return { canvas, note };
   }
 
   /** @param {CanvasRenderingContext2D} context @param {string} kind */
@@ -89,14 +108,16 @@ export class View {
       return;
     }
     if (state.hidden) return;
+    context.imageSmoothingQuality = "low";
     if (kind === "fill") {
       context.globalAlpha = state.opacity;
       context.drawImage(this.mask.fill, 0, 0);
     }
     context.globalAlpha = kind === "fill" ? 1 : 0.85;
-    // A line of one pixel fades when it is scaled down; drawn again, it stays as visible.
-    context.imageSmoothingQuality = "high";
-    const times = Math.min(3, Math.ceil(1 / state.view.scale));
+    // A line of one pixel breaks up or fades when it is scaled down: smoothed well and drawn again it
+    // stays whole. Too slow for a stroke under way.
+    context.imageSmoothingQuality = state.drawing ? "low" : "high";
+    const times = state.drawing ? 1 : Math.min(3, Math.ceil(1 / state.view.scale));
     for (let k = 0; k < times; k++) context.drawImage(this.mask.rim, 0, 0);
     context.globalAlpha = 1;
   }
