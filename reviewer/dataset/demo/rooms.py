@@ -58,6 +58,10 @@ def convenience_store(rng: Rng) -> Room:
     parts.append(f.bin_with_bag().moved(6.9, 4.2))
     for box_x, box_y in ((0.35, 4.9), (0.4, 4.45)):
         parts.append(f.cardboard_box(0.45, 0.35, 0.3).moved(box_x, box_y, yaw=0.2))
+    parts.append(f.cabinet(1.5, 0.3, 0.62, 3, f.LAMINATE).moved(0.17, 3.5, yaw=np.pi / 2))
+    for k in range(3):
+        notice = box((0.45, 0.015, 0.62), f.GREY, faces={"front": Material(f"poster:{30 + k}")})
+        parts.append(notice.moved(0.02, 2.95 + 0.56 * k, 0.78, yaw=np.pi / 2))
     lights = _ceiling_panels(size, rows=1, columns=3, half=(2.7, 0.1), power=(1.7, 1.72, 1.7))
     path = ((0.75, 0.95), (6.1, 0.95), (6.1, 2.75), (0.8, 2.75), (0.8, 4.75), (6.2, 4.75))
     return Room(join([*parts, _panels(lights)]), lights, (0.3, 0.31, 0.32), size, path, 0.42)

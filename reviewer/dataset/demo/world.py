@@ -29,11 +29,14 @@ from reviewer.geometry import Pose2, wrap_angle
 from reviewer.masks import encode_png
 
 Rng = np.random.Generator
+Place = npt.NDArray[np.float32]
 
 CAMERA_HEIGHT = 0.72
 CAMERA_PITCH = -0.42
 MAP_RESOLUTION = 0.05
 SMALLEST_CHANGE_PX = 12
+TARGET_SPACING = 1.8  # metres of the way between two viewpoints before which objects are left
+LEAST_DISTANCE = 0.35  # metres between two objects
 
 PAPER_PAIRS = {
     "cs1": 207, "cs2": 169, "cs3": 122, "cr1": 314, "cr2": 214, "cr3": 131,
@@ -88,15 +91,23 @@ def render_split(folder: Path, plan: SplitPlan) -> str:
     room = WORKSPACES[workspace](np.random.default_rng([plan.seed, _code(workspace)]))
     rng = np.random.default_rng([plan.seed, _code(plan.name)])
     empty_room = Scene([room.mesh], room.lights, room.ambient)
-    stations = [_best_side(empty_room, *choice) for choice in _stations(room, plan.pairs)]
+    stations = [_best_side(empty_room, choices) for choices in _stations(room, plan.pairs)]
     live_poses = [_driven(pose, rng) for pose in stations]
     reference_poses = [_driven(pose, rng) for pose in stations]
     # An odd station in five stays as it was: a reviewer must be able to confirm "no change".
     targets = [k for k in range(len(stations)) if (k + _code(plan.name)) % 5 != 4]
-    targets = targets[:: max(1, len(targets) // 48)]
-    left = [obj for k in targets for obj in _leave_objects(empty_room, live_poses[k], group, rng)]
+    spacing = _length(room) / len(stations)
+    targets = targets[:: max(1, round(TARGET_SPACING / spacing))]
+    taken: list[Place] = []
+    left = [
+        thing
+        for k in targets
+        for thing in _leave_objects(empty_room, live_poses[k], group, rng, taken)
+    ]
     stay = [
-        obj for k in targets[::3] for obj in _leave_objects(empty_room, stations[k], group, rng, 1)
+        thing
+        for k in targets[::3]
+        for thing in _leave_objects(empty_room, stations[k], group, rng, taken, count=1)
     ]
     first = Scene([room.mesh, *stay], _moved_lights(room.lights, rng), room.ambient)
     second = Scene([room.mesh, *stay, *left], _moved_lights(room.lights, rng), room.ambient)
@@ -128,8 +139,8 @@ def _visible_changes(number: npt.NDArray[np.int32], unchanged: int) -> npt.NDArr
     return changed
 
 
-def _stations(room: Room, count: int) -> list[tuple[Pose2, Pose2]]:
-    """Spread viewpoints along the path, each looking to one side of the way, or to the other."""
+def _stations(room: Room, count: int) -> list[list[Pose2]]:
+    """Spread viewpoints along the path: each to one side of the way, to the other, and ahead."""
     points = np.asarray(room.path)
     legs = np.linalg.norm(np.diff(points, axis=0), axis=1)
     ends = np.concatenate([[0], np.cumsum(legs)])
@@ -141,24 +152,26 @@ def _stations(room: Room, count: int) -> list[tuple[Pose2, Pose2]]:
         x, y = points[leg] + share * (points[leg + 1] - points[leg])
         way = math.atan2(*(points[leg + 1] - points[leg])[::-1])
         side = 1.0 if int(along / 1.3) % 2 else -1.0
-        first, second = (
-            Pose2(float(x), float(y), wrap_angle(way + turn * room.gaze)) for turn in (side, -side)
-        )
-        poses.append((first, second))
+        turns = (side * room.gaze, -side * room.gaze, 0.0)
+        poses.append([Pose2(float(x), float(y), wrap_angle(way + turn)) for turn in turns])
     return poses
 
 
-def _best_side(scene: Scene, first: Pose2, second: Pose2) -> Pose2:
-    """Take the first viewpoint unless the second shows clearly more than a bare wall."""
-    x, y = (
-        v.ravel().astype(np.float32) for v in np.meshgrid(range(20, 640, 24), range(20, 480, 24))
-    )
+def _length(room: Room) -> float:
+    return float(np.linalg.norm(np.diff(np.asarray(room.path), axis=0), axis=1).sum())
+
+
+def _best_side(scene: Scene, choices: list[Pose2]) -> Pose2:
+    """Take the first viewpoint unless another shows clearly more than a bare wall."""
+    across, down = np.meshgrid(range(20, 640, 24), range(20, 480, 24))
+    x, y = across.ravel().astype(np.float32), down.ravel().astype(np.float32)
     shown = []
-    for pose in (first, second):
+    for pose in choices:
         points, _, _ = scene.pick(_camera(pose), x, y)
         depth = np.linalg.norm(points[:, :2] - [pose.x, pose.y], axis=1)
         shown.append(float(depth.std() + 0.4 * np.median(depth)))
-    return second if shown[1] > 1.35 * shown[0] else first
+    best = int(np.argmax(shown))
+    return choices[best] if shown[best] > 1.35 * shown[0] else choices[0]
 
 
 def _driven(pose: Pose2, rng: Rng) -> Pose2:
@@ -172,9 +185,18 @@ def _camera(pose: Pose2) -> Camera:
 
 
 def _leave_objects(
-    scene: Scene, pose: Pose2, group: int, rng: Rng, count: int | None = None
+    scene: Scene,
+    pose: Pose2,
+    group: int,
+    rng: Rng,
+    taken: list[Place],
+    *,
+    count: int | None = None,
 ) -> list[Mesh]:
-    """Put one to three objects of a group on level places that a viewpoint sees."""
+    """Put one to three objects of a group on level places that a viewpoint sees.
+
+    Places are added to `taken`; objects keep their distance from each other.
+    """
     near, far = VIEWING_RANGE[group]
     count = count or int(rng.integers(1, 4))
     kinds = list(GROUPS[group].values())
@@ -184,10 +206,12 @@ def _leave_objects(
     points, normals, numbers = scene.pick(camera, x, y)
     distance = np.linalg.norm(points - np.asarray(camera.position, np.float32), axis=1)
     level = (numbers >= 0) & (normals[:, 2] > 0.98) & (distance > near) & (distance < far)
-    places: list[npt.NDArray[np.float32]] = []
+    places: list[Place] = []
     for point in points[level]:
-        if all(np.linalg.norm(point - other) > 0.22 for other in places) and _is_flat(scene, point):
+        free = all(np.linalg.norm(point - other) > LEAST_DISTANCE for other in taken)
+        if free and _is_flat(scene, point):
             places.append(point)
+            taken.append(point)
         if len(places) == count:
             break
     return [
