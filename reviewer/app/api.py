@@ -71,11 +71,15 @@ MASK_BODY = {
     }
 }
 PROBLEMS: dict[int | str, dict[str, Any]] = {
-    status: {"model": m.Problem, "description": text}
+    status: {
+        "description": text,
+        "content": {"application/problem+json": {"schema": _inlined(m.Problem)}},
+    }
     for status, text in {
         401: "not signed in",
         404: "no such pair, run, layer or region",
         409: "made from a revision that is not the newest",
+        413: "the body is too large, or does not tell its length",
         422: "the input breaks a rule",
         423: "finished and locked",
     }.items()
