@@ -77,7 +77,7 @@ def doi_ms() -> float:
     live, past = blobs(), blobs()
     change = np.logical_or.reduce([np.roll(mask, 4, axis=1) for mask in live[:15]])
     return 1000 * max(
-        seconds(lambda scope=scope: integrate(change, live, past, scope=scope), 30)
+        seconds(lambda scope=scope: integrate(change, live, past, scope=scope), 200)
         for scope in ("image", "component")
     )
 
