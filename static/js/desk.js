@@ -2,18 +2,22 @@
  * One open pair: loads it, edits its mask, saves it, gives verdicts, sets its state.
  * Everything that happens to the state happens here; `main` wires it to the page.
  * @typedef {import("./state.js").State} State
+ * @typedef {Brush | Area | Bucket} Tool
  */
 import { Activity } from "./activity.js";
 import { api, ApiError } from "./api.js";
 import { History } from "./history.js";
 import { emptyMask } from "./raster.js";
 import { decode, encode } from "./rle.js";
+import { Area } from "./tools/area.js";
 import { Brush } from "./tools/brush.js";
+import { Bucket } from "./tools/bucket.js";
 
 export class PairDesk {
   /** @param {State} state @param {import("./saver.js").Saver} saver
    * @param {{mask: (box: import("./raster.js").Box | null) => void, pair: (fresh: boolean) => void,
-   *   notice: (text: string, bad?: boolean) => void, changed: () => void}} on */
+   *   notice: (text: string, bad?: boolean) => void, changed: () => void,
+   *   pixels: () => Uint8ClampedArray | null}} on pixels: RGBA of the live picture */
   constructor(state, saver, on) {
     this.state = state;
     this.saver = saver;
@@ -21,13 +25,21 @@ export class PairDesk {
     this.mask = emptyMask(1, 1);
     this.history = new History();
     this.activity = new Activity(() => performance.now() / 1000);
-    /** @type {Record<string, Brush>} */
-    this.tools = { brush: new Brush(1), eraser: new Brush(0) };
+    /** @type {Record<string, Tool>} */
+    this.tools = {
+      brush: new Brush(1),
+      eraser: new Brush(0),
+      polygon: new Area("polygon"),
+      lasso: new Area("lasso"),
+      box: new Area("box"),
+      fill: new Bucket(() => on.pixels(), () => state.tolerance),
+    };
     this.request = 0;
+    this.options = { radius: 1, subtract: false, line: false, scale: 1 };
     /** @type {number | null} the pair asked for last */
     this.wanted = null;
     this.busy = false;
-    /** @type {Brush | null} */
+    /** @type {Tool | null} */
     this.active = null;
   }
 
@@ -83,8 +95,8 @@ export class PairDesk {
     this.on.pair(false);
   }
 
-  /** @param {{x: number, y: number}} at */
-  begin(at) {
+  /** @param {{x: number, y: number}} at @param {{shift: boolean, alt: boolean}} keys */
+  begin(at, keys) {
     if (!this.state.pair) return;
     if (this.state.locked) {
       this.on.notice(`This pair is ${this.state.pair.state.replace("_", " ")}. Press O to reopen it.`);
@@ -92,20 +104,36 @@ export class PairDesk {
     }
     this.active = this.tools[this.state.tool];
     this.state.drawing = true;
-    this.on.mask(this.active.begin(this.mask, at, this.state.radius));
+    this.options = { radius: this.state.radius, subtract: keys.alt, line: keys.shift, scale: this.state.view.scale };
+    this.paint(this.active.begin(this.mask, at, this.options));
+    if (this.active.name === "polygon" && this.active.done) this.end();
+  }
+
+  /** @param {import("./raster.js").Box | null} box what a tool touched */
+  paint(box) {
+    this.state.sketch = this.active?.points ?? [];
+    if (box) this.on.mask(box);
+  }
+
+  /** The pointer was released; a polygon goes on until it is closed. */
+  release() {
+    if (this.active?.done) this.end();
   }
 
   /** @param {{x: number, y: number}} at */
   move(at) {
-    if (this.active) this.on.mask(this.active.move(this.mask, at, this.state.radius));
+    if (this.active) this.paint(this.active.move(this.mask, at, this.options));
   }
 
+  /** Finish what the tool began: one entry of the history, one save. */
   end() {
     const tool = this.active;
-    const stroke = tool?.end();
+    const stroke = tool?.end(this.mask);
+    this.state.sketch = [];
     this.active = null;
     this.state.drawing = false;
     if (!tool || !stroke) return;
+    if (stroke.box) this.on.mask(stroke.box);
     if (this.history.record(tool.name, stroke.before, this.mask, stroke.box)) {
       this.save({ tool: tool.name, radius: this.state.radius, samples: stroke.samples });
     }
@@ -115,6 +143,7 @@ export class PairDesk {
     const box = this.active?.cancel(this.mask);
     this.active = null;
     this.state.drawing = false;
+    this.state.sketch = [];
     if (box) this.on.mask(box);
   }
 

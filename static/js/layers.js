@@ -28,6 +28,8 @@ export class Pictures {
     /** @type {Map<string, {bitmap: ImageBitmap | null, error: string, failed: number}>} */
     this.pictures = new Map();
     this.bytes = 0;
+    /** @type {{url: string, data: Uint8ClampedArray | null}} the pixels read last */
+    this.read = { url: "", data: null };
   }
 
   /** Return a picture when it is decoded; else start loading it. @param {string} url */
@@ -42,6 +44,18 @@ export class Pictures {
     this.pictures.set(url, entry);
     this.load(url, entry);
     return entry;
+  }
+
+  /** Return the RGBA pixels of a picture that is decoded, null before. @param {string} url */
+  pixels(url) {
+    const { bitmap } = this.get(url);
+    if (!bitmap) return null;
+    if (this.read.url !== url) {
+      const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+      context?.drawImage(bitmap, 0, 0);
+      this.read = { url, data: context?.getImageData(0, 0, bitmap.width, bitmap.height).data ?? null };
+    }
+    return this.read.data;
   }
 
   /** Drop the pictures unused for longest, so that the rest fits into memory. */

@@ -2,10 +2,12 @@
  * The workbench: puts the parts together and routes keys, buttons and the desk's messages.
  */
 import { api, openDesk } from "./api.js";
+import { dropSpecks, fillHoles, grow, keepComponent, shrink, smooth } from "./cleanup.js";
 import { PairDesk } from "./desk.js";
 import { fit, fitBox } from "./geometry.js";
 import { showConflict } from "./conflict.js";
-import { actionOf, KEYS, keyName, keyOf } from "./keys.js";
+import { fillHelp, wireButtons, wireKeys } from "./controls.js";
+import { KEYS, keyOf } from "./keys.js";
 import { LAYERS, Pictures } from "./layers.js";
 import { MaskView } from "./maskview.js";
 import { COUNTS, Panes } from "./panes.js";
@@ -24,6 +26,16 @@ const STATES = {
   approved: "approved",
   confirmed_empty: "confirmed empty",
 };
+const LEAST_SPECK_PX = 20;
+/** @type {Record<string, (mask: import("./raster.js").Mask, at: {x: number, y: number}) => Uint8Array>} */
+const CLEANUPS = {
+  "fill-holes": fillHoles,
+  "drop-specks": (mask) => dropSpecks(mask, LEAST_SPECK_PX),
+  "keep-component": keepComponent,
+  grow,
+  shrink,
+  smooth,
+};
 const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
 const state = new State();
 let person = "";
@@ -36,6 +48,7 @@ const desk = new PairDesk(state, saver, {
   pair: showPair,
   notice,
   changed: () => socket.send({ type: "changed" }),
+  pixels: () => pictures.pixels(url("live")),
 });
 const pictures = new Pictures(() => view.ask());
 const panes = new Panes($("panes"), choosePane, () => { if (state.fitted) fitAll(); view.ask(); });
@@ -179,6 +192,10 @@ function fitAll() {
 function showSettings() {
   document.documentElement.dataset.theme = state.dark ? "dark" : "light";
   $("radius-value").textContent = String(state.radius);
+  $("tolerance").value = String(state.tolerance);
+  $("tolerance-value").textContent = String(state.tolerance);
+  $("tolerance-field").hidden = state.tool !== "fill";
+  $("radius").parentElement.hidden = !["brush", "eraser"].includes(state.tool);
   for (const tool of document.querySelectorAll("[data-tool]")) {
     tool.setAttribute("aria-pressed", String(/** @type {HTMLElement} */ (tool).dataset.tool === state.tool));
   }
@@ -252,10 +269,25 @@ function setOpacity(opacity) {
   showSettings();
 }
 
+/** @param {string} tool */
+function chooseTool(tool) {
+  desk.cancel();
+  state.tool = tool;
+  showSettings();
+}
+
+/** @param {string} name */
+function cleanUp(name) {
+  const mask = { ...desk.mask };
+  if (!state.pair || state.locked || desk.active) return;
+  if (name === "keep-component" && !state.cursor) return notice("Point at the part to keep.");
+  desk.replace(CLEANUPS[name](mask, state.cursor ?? { x: 0, y: 0 }), name);
+}
+
 /** @type {Record<string, (down: boolean) => unknown>} */
 const ACTIONS = {
-  brush: () => { state.tool = "brush"; showSettings(); },
-  eraser: () => { state.tool = "eraser"; showSettings(); },
+  ...Object.fromEntries(Object.keys(desk.tools).map((tool) => [tool, () => chooseTool(tool)])),
+  ...Object.fromEntries(Object.keys(CLEANUPS).map((name) => [name, () => cleanUp(name)])),
   smaller: () => setRadius(state.radius / 1.2 - 0.25),
   larger: () => setRadius(state.radius * 1.2 + 0.25),
   undo: () => desk.step("undo"),
@@ -274,7 +306,10 @@ const ACTIONS = {
   adopt: () => desk.verdict("adopt"),
   keep: () => desk.verdict("keep"),
   reject: () => desk.verdict("reject"),
-  submit: async () => { if (!state.locked && await desk.setState("submitted")) step(1); },
+  submit: async () => {
+    if (desk.active?.name === "polygon") return desk.end();
+    if (!state.locked && await desk.setState("submitted")) step(1);
+  },
   approve: () => desk.setState("approved"),
   empty: () => { if (!state.locked) return desk.setState("confirmed_empty"); },
   reopen: () => desk.setState("in_progress"),
@@ -298,6 +333,12 @@ async function attempt(work) {
   }
 }
 
+/** Do an action that a key or a button asks for. @param {string} action @param {boolean} [down] */
+function act(action, down = true) {
+  desk.activity.note();
+  attempt(ACTIONS[action](down));
+}
+
 /** @param {string} action @returns {HTMLButtonElement} */
 function button(action) {
   return /** @type {HTMLButtonElement} */ (document.querySelector(`button[data-action="${action}"]`));
@@ -313,19 +354,13 @@ function notice(text, bad = false) {
   noticeTimer = window.setTimeout(() => { $("notice").hidden = true; }, bad ? 8000 : 3500);
 }
 
-for (const element of document.querySelectorAll("button[data-action]")) {
-  const control = /** @type {HTMLButtonElement} */ (element);
-  const action = /** @type {string} */ (control.dataset.action);
-  const entry = KEYS.find((candidate) => candidate.action === action);
-  if (entry) control.title = `${entry.title} (${keyOf(action)})`;
-  if (control.dataset.held) {
-    control.onpointerdown = () => ACTIONS[action](true);
-    control.onpointerup = control.onpointerleave = () => ACTIONS[action](false);
-  } else {
-    control.onclick = () => { desk.activity.note(); attempt(ACTIONS[action](true)); control.blur(); };
-  }
-}
 $("radius").oninput = () => setRadius(Number($("radius").value));
+$("tolerance").oninput = () => { state.tolerance = Number($("tolerance").value); showSettings(); };
+$("cleanup").append(...Object.keys(CLEANUPS).map((name) => {
+  const entry = KEYS.find((candidate) => candidate.action === name);
+  return new Option(`${entry?.title}  (${keyOf(name)})`, name);
+}));
+$("cleanup").onchange = () => { const name = $("cleanup").value; $("cleanup").value = ""; $("cleanup").blur(); cleanUp(name); };
 $("opacity").oninput = () => setOpacity(Number($("opacity").value));
 $("pane-count").onchange = () => {
   const count = Number($("pane-count").value);
@@ -338,47 +373,19 @@ $("pane-count").onchange = () => {
 $("run").onchange = () => { socket.send({ type: "run", run: $("run").value }); $("run").blur(); };
 listen($("panes"), state, {
   size: () => panes.size(),
-  begin: (at) => desk.begin(at),
+  begin: (at, keys) => desk.begin(at, keys),
+  hover: (at) => { if (desk.active?.name === "polygon") desk.move(at); },
   move: (at) => desk.move(at),
-  end: () => desk.end(),
+  end: () => desk.release(),
   cancel: () => desk.cancel(),
   resize: (factor) => setRadius(state.radius * factor),
   changed: () => { showFacts(); view.ask(); },
   zoomed: () => { state.fitted = false; rememberPlaceSoon(); },
 });
-for (const type of /** @type {const} */ (["keydown", "keyup"])) {
-  window.addEventListener(type, (event) => {
-    const target = /** @type {HTMLElement} */ (event.target);
-    const action = actionOf(keyName(event));
-    if (type === "keyup") {
-      // Whatever has the focus by now, and whatever else is pressed: a released key is released.
-      for (const entry of KEYS) if (entry.held && entry.key === event.key.toLowerCase()) ACTIONS[entry.action](false);
-      return;
-    }
-    const entry = KEYS.find((candidate) => candidate.action === action);
-    if (!action || !entry || target.matches?.("input:not([type=range]), textarea, select")) return;
-    if ($("conflict").open || ($("help").open && action !== "help")) return;
-    // A person who walks the controls by keyboard needs Tab and Enter for them.
-    if (target.matches?.("button, input") && ["Tab", "Shift+Tab", "Enter", " "].includes(entry.key)) return;
-    event.preventDefault();
-    if (event.repeat && !entry.repeats) return;
-    desk.activity.note();
-    attempt(ACTIONS[action](true));
-  });
-}
 window.addEventListener("blur", () => { state.blinking = state.hidden = false; view.ask(); });
 window.addEventListener("online", () => saver.retry());
 window.addEventListener("beforeunload", (event) => { if (!saver.idle) event.preventDefault(); });
-const groups = [...new Set(KEYS.map((entry) => entry.group))];
-$("help-keys").append(...groups.flatMap((group) => {
-  const title = document.createElement("h3");
-  title.textContent = group;
-  return [title, ...KEYS.filter((entry) => entry.group === group).map((entry) => {
-    const row = document.createElement("div");
-    const key = document.createElement("kbd");
-    key.textContent = keyOf(entry.action);
-    row.append(entry.title, key);
-    return row;
-  })];
-}));
+wireButtons(act);
+wireKeys(act, () => $("conflict").open || $("help").open);
+fillHelp($("help-keys"));
 showSave("saved");

@@ -7,8 +7,9 @@ import { pan, toImage, zoomAt } from "./geometry.js";
 /**
  * @param {HTMLElement} root the panes' element
  * @param {import("./state.js").State} state
- * @param {{size: () => {width: number, height: number}, begin: (at: {x: number, y: number}) => void,
- *   move: (at: {x: number, y: number}) => void, end: () => void, cancel: () => void,
+ * @param {{size: () => {width: number, height: number}, begin: (at: {x: number, y: number}, keys: {shift: boolean, alt: boolean}) => void,
+ *   move: (at: {x: number, y: number}) => void, hover: (at: {x: number, y: number}) => void,
+ *   end: () => void, cancel: () => void,
  *   resize: (factor: number) => void, changed: () => void, zoomed: () => void}} on
  */
 export function listen(root, state, on) {
@@ -37,11 +38,11 @@ export function listen(root, state, on) {
     }
     dragged = canvas;
     canvas.setPointerCapture(event.pointerId);
-    const panning = event.button === 1 || event.shiftKey;
-    if (!panning && event.button !== 0) return;
+    const panning = event.button === 1 || event.button === 2;
     drag = { id: event.pointerId, kind: panning ? "pan" : "draw", type: event.pointerType,
       x: event.clientX, y: event.clientY };
-    if (!panning) on.begin(toImage(state.view, on.size(), place(event)));
+    const keys = { shift: event.shiftKey, alt: event.altKey };
+    if (!panning) on.begin(toImage(state.view, on.size(), place(event)), keys);
     event.preventDefault();
   });
 
@@ -63,6 +64,7 @@ export function listen(root, state, on) {
       }
     }
     state.cursor = toImage(state.view, on.size(), place(event));
+    if (!drag) on.hover(state.cursor);
     on.changed();
   });
 

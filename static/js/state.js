@@ -15,6 +15,7 @@
 const DEFAULTS = {
   tool: "brush",
   radius: 6,
+  tolerance: 18,
   opacity: 0.45,
   dark: true,
   layers: ["warped", "live", "detector", "objects_live", "doi", "prediction"],
@@ -25,6 +26,7 @@ export class State {
   constructor() {
     this.tool = DEFAULTS.tool;
     this.radius = DEFAULTS.radius;
+    this.tolerance = DEFAULTS.tolerance;
     this.opacity = DEFAULTS.opacity;
     this.dark = DEFAULTS.dark;
     this.layers = [...DEFAULTS.layers];
@@ -42,6 +44,8 @@ export class State {
     this.area = 0;
     /** Whether the view shows the whole image because nobody zoomed; a resize fits it again. */
     this.fitted = true;
+    /** @type {{x: number, y: number}[]} outline that a tool draws, in the image */
+    this.sketch = [];
     /** A stroke is under way. */
     this.drawing = false;
     this.blinking = false;

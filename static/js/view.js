@@ -134,9 +134,25 @@ export class View {
       context.strokeRect(box[0] - margin, box[1] - margin,
         box[2] - box[0] + 2 * margin, box[3] - box[1] + 2 * margin);
     }
-    if (!state.cursor) return;
+    if (state.sketch.length > 1) {
+      context.beginPath();
+      for (const { x, y } of state.sketch) context.lineTo(x, y);
+      if (state.tool !== "polygon") context.closePath();
+      this.strokeTwice(context, scale);
+      context.beginPath();
+      const [first] = state.sketch;
+      context.arc(first.x, first.y, 4 / scale, 0, 2 * Math.PI);
+      this.strokeTwice(context, scale);
+    }
+    if (!state.cursor || !["brush", "eraser"].includes(state.tool)) return;
     context.beginPath();
     context.arc(state.cursor.x, state.cursor.y, Math.max(state.radius, 0.5), 0, 2 * Math.PI);
+    this.strokeTwice(context, scale);
+  }
+
+  /** Dark under light, so that a line shows on every picture.
+   * @param {CanvasRenderingContext2D} context @param {number} scale */
+  strokeTwice(context, scale) {
     for (const [width, colour] of /** @type {const} */ ([[3, "rgba(0,0,0,.55)"], [1.3, "#fff"]])) {
       context.lineWidth = width / scale;
       context.strokeStyle = colour;

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import expect
 from viser import transforms
-from workbench import workbench_of
+from workbench import on_live, wait_saved, wait_title, workbench_of
 
 from reviewer.export.png import export_png
 from reviewer.export.selection import select_labelled
@@ -18,34 +17,6 @@ from reviewer.store.revisions import list_revisions, newest_revision
 from reviewer.store.runs import load_prediction
 
 pytestmark = pytest.mark.browser
-
-
-def wait_title(frame, text):
-    expect(frame.locator("#title")).to_have_text(text)
-
-
-def wait_saved(frame, revision):
-    expect(frame.locator("#facts")).to_contain_text(re.compile(rf"revision {revision}\b"))
-    expect(frame.locator("#save")).to_have_attribute("data-status", "saved")
-
-
-def on_live(frame, page, points):
-    """Drag over the live pane (the second), through image points."""
-    canvas = frame.locator(".pane canvas").nth(1)
-    box = canvas.bounding_box()
-    scale = min(box["width"] / 160, box["height"] / 120)
-    places = [
-        (
-            box["x"] + box["width"] / 2 + (x - 80) * scale,
-            box["y"] + box["height"] / 2 + (y - 60) * scale,
-        )
-        for x, y in points
-    ]
-    page.mouse.move(*places[0])
-    page.mouse.down()
-    for place in places[1:]:
-        page.mouse.move(*place, steps=6)
-    page.mouse.up()
 
 
 def mask_of(server, pair_id):

@@ -1,6 +1,7 @@
 /**
  * Brush and eraser: a small state machine, idle -> dragging -> idle. Escape takes the stroke in the
- * air back. One entry of the history a stroke.
+ * air back. One entry of the history a stroke. With Shift a straight line comes from where the last
+ * stroke ended.
  * @typedef {import("../raster.js").Mask} Mask
  * @typedef {import("../raster.js").Box} Box
  * @typedef {{x: number, y: number}} Point
@@ -14,22 +15,26 @@ export class Brush {
     this.value = value;
     /** @type {{before: Mask, last: Point, box: Box | null, samples: number} | null} */
     this.stroke = null;
+    /** @type {Point | null} where the last stroke ended */
+    this.ended = null;
+    /** @type {Point[]} */
+    this.points = [];
+    this.done = true;
   }
 
-  get dragging() {
-    return this.stroke !== null;
-  }
-
-  /** @param {Mask} mask @param {Point} at @param {number} radius @returns {Box | null} */
-  begin(mask, at, radius) {
+  /** @param {Mask} mask @param {Point} at @param {import("./area.js").Options} options
+   * @returns {Box | null} */
+  begin(mask, at, { radius, line }) {
     const before = { width: mask.width, height: mask.height, data: mask.data.slice() };
-    const box = paintSegment(mask, at, at, radius, this.value);
+    const from = line && this.ended ? this.ended : at;
+    const box = paintSegment(mask, from, at, radius, this.value);
     this.stroke = { before, last: at, box, samples: 1 };
     return box;
   }
 
-  /** @param {Mask} mask @param {Point} at @param {number} radius @returns {Box | null} */
-  move(mask, at, radius) {
+  /** @param {Mask} mask @param {Point} at @param {import("./area.js").Options} options
+   * @returns {Box | null} */
+  move(mask, at, { radius }) {
     if (!this.stroke) return null;
     const box = paintSegment(mask, this.stroke.last, at, radius, this.value);
     this.stroke.last = at;
@@ -42,6 +47,7 @@ export class Brush {
   end() {
     const stroke = this.stroke;
     this.stroke = null;
+    if (stroke) this.ended = stroke.last;
     return stroke;
   }
 
