@@ -27,7 +27,8 @@ from reviewer.editing.commit import (
 )
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import InvalidInput
-from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
+from reviewer.masks import Rle, decode_rle, empty_rle, encode_png, encode_rle
+from reviewer.pipeline.stages import region_masks
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.overview import pair_overview
@@ -258,6 +259,18 @@ def build_api(store: Store) -> APIRouter:
         change_state(store, pair_id, annotator_id(store, annotator), change.state, seen)
         newest = newest_revision(store, pair_id)
         return m.StateReply(state=change.state, revision=newest.number if newest else 0)
+
+    @router.get("/regions/{region_id}/masks")
+    def get_region_masks(region_id: Id) -> m.RegionMasks:
+        """The pixels of a region: what would be adopted, and what would be kept."""
+        thing, parts = region_masks(store, region_id)
+        height, width = parts.shape
+        return m.RegionMasks(
+            height=height,
+            width=width,
+            object=None if thing is None else encode_rle(thing).counts,
+            components=encode_rle(parts).counts,
+        )
 
     @router.post("/regions/{region_id}/audit")
     def post_audit(annotator: Annotator, region_id: Id, change: m.VerdictChange) -> m.PairDetail:

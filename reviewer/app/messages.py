@@ -102,6 +102,15 @@ class RegionInfo(Message):
     audited_by: str | None
 
 
+class RegionMasks(Message):
+    """The pixels of a region as COCO run-lengths: its object, and its components of M_o."""
+
+    height: int
+    width: int
+    object: str | None
+    components: str
+
+
 class ScoreInfo(Message):
     """Pixel counts and scores of one method on a pair."""
 

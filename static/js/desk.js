@@ -7,6 +7,7 @@
 import { Activity } from "./activity.js";
 import { api, ApiError } from "./api.js";
 import { History } from "./history.js";
+import { APPLY } from "./proposals.js";
 import { emptyMask } from "./raster.js";
 import { decode, encode } from "./rle.js";
 import { Area } from "./tools/area.js";
@@ -157,14 +158,27 @@ export class PairDesk {
   }
 
   /** Put other pixels in place of the whole mask, as one action.
-   * @param {Uint8Array} data @param {string} tool */
-  replace(data, tool) {
+   * @param {Uint8Array} data @param {string} tool @param {object} [from] where the pixels come from */
+  replace(data, tool, from = {}) {
     const before = this.mask;
     this.mask = { width: before.width, height: before.height, data };
     const box = { x0: 0, y0: 0, x1: before.width, y1: before.height };
     if (!this.history.record(tool, before, this.mask, box)) return;
     this.on.mask(null);
-    this.save({ tool });
+    this.save({ tool, ...from });
+  }
+
+  /** Put the selected region into the mask: its object where it has one, else the detector's pixels.
+   * @param {string} way a name of `APPLY` */
+  async applyRegion(way) {
+    const { pair, region } = this.state;
+    const chosen = pair?.regions[region];
+    if (!pair || !chosen) return this.on.notice("Select a region first: press Tab.");
+    const masks = await api.regionMasks(chosen.id);
+    if (this.state.pair?.id !== pair.id || this.state.locked || this.active) return;
+    const source = masks.object ? "object" : "components";
+    const proposal = decode(masks[source], masks.width, masks.height);
+    this.replace(APPLY[way](this.mask, proposal.data), way, { region: chosen.id, source });
   }
 
   /** @param {object} action */

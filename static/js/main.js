@@ -12,6 +12,7 @@ import { LAYERS, Pictures } from "./layers.js";
 import { MaskView } from "./maskview.js";
 import { COUNTS, Panes } from "./panes.js";
 import { listen } from "./pointer.js";
+import { APPLY } from "./proposals.js";
 import { area } from "./raster.js";
 import { drawRegions, drawScores } from "./regions.js";
 import { Saver } from "./saver.js";
@@ -294,6 +295,9 @@ const ACTIONS = {
   redo: () => desk.step("redo"),
   cancel: () => desk.cancel(),
   take: takePrediction,
+  ...Object.fromEntries(Object.keys(APPLY).map((way) => [way, () => desk.applyRegion(way)])),
+  swipe: (down) => { state.swiping = down; view.ask(); },
+  outline: () => { state.outline = !state.outline; showSettings(); },
   hide: (down) => { state.hidden = down; view.ask(); },
   blink: (down) => { state.blinking = down; view.ask(); },
   fit: () => { fitAll(); view.ask(); },
@@ -382,7 +386,7 @@ listen($("panes"), state, {
   changed: () => { showFacts(); view.ask(); },
   zoomed: () => { state.fitted = false; rememberPlaceSoon(); },
 });
-window.addEventListener("blur", () => { state.blinking = state.hidden = false; view.ask(); });
+window.addEventListener("blur", () => { state.blinking = state.swiping = state.hidden = false; view.ask(); });
 window.addEventListener("online", () => saver.retry());
 window.addEventListener("beforeunload", (event) => { if (!saver.idle) event.preventDefault(); });
 wireButtons(act);

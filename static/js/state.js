@@ -17,6 +17,7 @@ const DEFAULTS = {
   radius: 6,
   tolerance: 18,
   opacity: 0.45,
+  outline: false,
   dark: true,
   layers: ["warped", "live", "detector", "objects_live", "doi", "prediction"],
 };
@@ -28,6 +29,7 @@ export class State {
     this.radius = DEFAULTS.radius;
     this.tolerance = DEFAULTS.tolerance;
     this.opacity = DEFAULTS.opacity;
+    this.outline = DEFAULTS.outline;
     this.dark = DEFAULTS.dark;
     this.layers = [...DEFAULTS.layers];
     /** @type {Pair | null} */
@@ -49,6 +51,7 @@ export class State {
     /** A stroke is under way. */
     this.drawing = false;
     this.blinking = false;
+    this.swiping = false;
     this.hidden = false;
   }
 

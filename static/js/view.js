@@ -58,6 +58,7 @@ export class View {
     context.drawImage(ground.canvas, 0, 0);
     context.setTransform(...place);
     context.imageSmoothingEnabled = scale < 2.5;
+    if (state.swiping && layer.base === "live") this.drawSwipe(context, scale);
     this.drawMask(context, layer.mask);
     this.drawMarks(context, scale);
     if (item.note.textContent !== ground.note) item.note.textContent = ground.note;
@@ -109,7 +110,7 @@ export class View {
     }
     if (state.hidden) return;
     context.imageSmoothingQuality = "low";
-    if (kind === "fill") {
+    if (kind === "fill" && !state.outline) {
       context.globalAlpha = state.opacity;
       context.drawImage(this.mask.fill, 0, 0);
     }
@@ -120,6 +121,22 @@ export class View {
     const times = state.drawing ? 1 : Math.min(3, Math.ceil(1 / state.view.scale));
     for (let k = 0; k < times; k++) context.drawImage(this.mask.rim, 0, 0);
     context.globalAlpha = 1;
+  }
+
+  /** The warped reference left of the cursor, and the line between the two.
+   * @param {CanvasRenderingContext2D} context @param {number} scale */
+  drawSwipe(context, scale) {
+    const { pair, cursor } = this.state;
+    if (!pair || !cursor || !pair.layers.includes("warped")) return;
+    const { bitmap } = this.pictures.get(this.url("warped"));
+    if (!bitmap) return;
+    const x = Math.min(Math.max(cursor.x, 0), pair.width);
+    const share = x / pair.width;
+    if (x > 0) context.drawImage(bitmap, 0, 0, bitmap.width * share, bitmap.height, 0, 0, x, pair.height);
+    context.beginPath();
+    context.moveTo(x, 0);
+    context.lineTo(x, pair.height);
+    this.strokeTwice(context, scale);
   }
 
   /** The selected region's box, and the brush where the cursor is, on every pane.

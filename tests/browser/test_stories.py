@@ -14,7 +14,7 @@ from reviewer.export.selection import select_labelled
 from reviewer.masks import decode_png, decode_rle
 from reviewer.store.reviews import annotator_id, review_state
 from reviewer.store.revisions import list_revisions, newest_revision
-from reviewer.store.runs import load_prediction
+from reviewer.store.runs import load_objects, load_prediction
 
 pytestmark = pytest.mark.browser
 
@@ -90,6 +90,35 @@ def test_a_flipped_decision_moves_the_prediction(server, visit):
     assert load_prediction(server.store, 1, 1, "audited") == load_prediction(
         server.store, 1, 1, "doi"
     )
+
+
+def test_a_region_is_put_into_the_mask_with_one_key(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    on_live(frame, page, [(20, 90), (60, 90)])
+    wait_saved(frame, 2)
+    page.keyboard.press("Tab")
+    page.keyboard.press("Shift+X")
+    wait_saved(frame, 3)
+    assert not mask_of(server, 1)[45:55, 55:70].any() and mask_of(server, 1)[90, 40]
+    page.keyboard.press("Shift+A")
+    wait_saved(frame, 4)
+    (thing,) = [o for o in load_objects(server.store, 1, 1) if o.side == "live"]
+    added = decode_rle(thing.mask)
+    assert (mask_of(server, 1)[30:70] == added[30:70]).all()
+    page.keyboard.press("f")
+    on_live(frame, page, [(62, 50), (100, 50)])
+    wait_saved(frame, 5)
+    assert mask_of(server, 1)[50, 95]
+    page.keyboard.press("Shift+R")
+    wait_saved(frame, 6)
+    assert (mask_of(server, 1)[30:70] == added[30:70]).all() and mask_of(server, 1)[90, 40]
+    log = server.store.read().execute(
+        "SELECT tool_log FROM mask_revisions WHERE pair_id = 1 AND number = 4"
+    )
+    assert json.loads(log.fetchone()[0]) == [
+        {"tool": "add-region", "region": 1, "source": "object"}
+    ]
 
 
 def test_submit_export_and_compare(server, visit, tmp_path):
