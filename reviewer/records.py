@@ -15,7 +15,6 @@ from reviewer.geometry import Grid, Pose2
 from reviewer.masks import Rle
 from reviewer.metrics import Counts
 
-Session = Literal["reference", "live"]
 Side = Literal["live", "reference"]
 Method = Literal["base", "doi", "audited"]
 Verdict = Literal["agree", "adopt", "keep", "reject"]

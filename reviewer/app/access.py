@@ -23,7 +23,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from reviewer.errors import InvalidInput
 
-OPEN_PATHS = ("/sign-in", "/static/workbench.css", "/static/sign-in.css", "/favicon.ico")
+OPEN_PATHS = ("/sign-in", "/static/sign-in.css", "/favicon.ico")
 SIGNED_IN_SECONDS = 30 * 86400
 SIGN_IN_BYTES = 10_000
 LARGEST_BODY_BYTES = 64 * 2**20

@@ -17,7 +17,6 @@ from typing import Literal
 from reviewer.metrics import Counts, f_score, precision, recall
 from reviewer.records import Method, Score
 
-Format = Literal["table", "json", "csv", "markdown"]
 METHOD_TITLE: dict[Method, str] = {
     "base": "without DoI",
     "doi": "with DoI",

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from reviewer.masks import Mask
 from reviewer.models.interfaces import Alignment, Field, Image, ModelFailed
-from reviewer.models.warping import inside
+from reviewer.models.warping import inside, sample_field
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ class DisAligner:
         forward = _dense_flow(present, past)
         backward = _dense_flow(past, present)
         height, width = present.shape
-        landing = _sample(backward, forward)
+        landing = sample_field(backward, forward)
         error = np.linalg.norm(forward + landing, axis=2)
         agreed = (error < self.disagreement_px) & inside(forward, height, width)
         flow, support = _interpolate(forward, agreed, self.reach_px)
@@ -120,15 +120,6 @@ def _even_light(image: Image) -> Image:
 def _dense_flow(source: Image, target: Image) -> Field:
     method = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM)
     return np.asarray(method.calc(source, target, None), np.float32)
-
-
-def _sample(field: Field, flow: Field) -> Field:
-    height, width = flow.shape[:2]
-    x = flow[..., 0] + np.arange(width, dtype=np.float32)[None, :]
-    y = flow[..., 1] + np.arange(height, dtype=np.float32)[:, None]
-    return np.asarray(
-        cv2.remap(field, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.float32
-    )
 
 
 def _fit_plane(flow: Field, agreed: Mask) -> Field | None:

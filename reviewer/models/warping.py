@@ -1,4 +1,4 @@
-"""Apply a flow field to images and masks."""
+"""Apply a flow field to images, masks and other fields."""
 
 from __future__ import annotations
 
@@ -14,6 +14,13 @@ def warp_image(image: Image, flow: Field) -> Image:
     x, y = _targets(flow)
     warped = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(warped, np.uint8)
+
+
+def sample_field(field: Field, flow: Field) -> Field:
+    """Sample another flow field (H, W, 2) at (x + dx, y + dy), bilinear; the border repeats."""
+    x, y = _targets(flow)
+    sampled = cv2.remap(field, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(sampled, np.float32)
 
 
 def warp_mask(mask: Mask, flow: Field) -> Mask:

@@ -3,7 +3,7 @@
  * everything a person set must come back: tools and panes from localStorage, place and zoom from
  * sessionStorage.
  * @typedef {import("./geometry.js").View} ViewState
- * @typedef {{id: number, title: string, choice: string, number: number, label: string, f_b: number,
+ * @typedef {{id: number, choice: string, number: number, label: string, f_b: number,
  *   iou: number, doi: number, inspect: boolean, reason: string, box_xyxy: number[] | null,
  *   has_object: boolean, verdict: string | null, audited_by: string | null}} Region
  * @typedef {{id: number, split: string, name: string, width: number, height: number,

@@ -86,6 +86,13 @@ def test_pages_are_not_static_files(stranger):
     assert stranger.get("/static/js/main.js").status_code == 200
 
 
+def test_signing_out_takes_the_cookie_back(stranger):
+    sign_in(stranger)
+    reply = stranger.post("/sign-out", headers=HERE)
+    assert (reply.status_code, reply.headers["location"]) == (303, "/sign-in")
+    assert stranger.get("/api/me").status_code == 401
+
+
 def test_names_of_scripts_may_have_any_letters(stranger):
     headers = {"Authorization": f"Bearer {TOKEN}".encode(), "X-Annotator": "Jürgen".encode()}
     assert stranger.get("/api/me", headers=headers).json() == {"annotator": "Jürgen"}
