@@ -127,9 +127,10 @@ class Guard:
             await self.app(scope, receive, send)
             return
         connection = HTTPConnection(scope)
-        refusal = self._refuse(connection, scope)
+        annotator = self.access.annotator(connection)
+        refusal = self._refuse(connection, scope, annotator)
         if refusal is None:
-            scope.setdefault("state", {})["annotator"] = self.access.annotator(connection)
+            scope.setdefault("state", {})["annotator"] = annotator
             await self.app(scope, receive, send)
         elif scope["type"] == "websocket":
             await receive()
@@ -137,7 +138,9 @@ class Guard:
         else:
             await refusal(scope, receive, send)
 
-    def _refuse(self, connection: HTTPConnection, scope: Scope) -> Response | None:
+    def _refuse(
+        self, connection: HTTPConnection, scope: Scope, annotator: str | None
+    ) -> Response | None:
         headers = connection.headers
         host = headers.get("host", "")
         if not self.access.knows_host(host):
@@ -154,7 +157,7 @@ class Guard:
             return problem(413, f"request body: needs a Content-Length of at most {limit} bytes")
         if path in OPEN_PATHS:
             return None
-        if self.access.annotator(connection) is None:
+        if annotator is None:
             wants_page = not socket and "text/html" in headers.get("accept", "")
             if wants_page and not bearer:
                 query = scope["query_string"].decode("latin-1")

@@ -22,10 +22,11 @@ from reviewer.dataset.files import read_rgb
 from reviewer.errors import NotFound
 from reviewer.masks import Mask, components, decode_rle
 from reviewer.pipeline.fields import load_probability
-from reviewer.pipeline.stages import warped_reference
-from reviewer.records import Pair, Run, Side, StoredRegion
+from reviewer.pipeline.stages import live_masks, region_pixels, warped_reference
+from reviewer.records import Pair, Run, Side
 from reviewer.store import runs
 from reviewer.store.database import Store
+from reviewer.store.overview import pair_overview
 from reviewer.store.revisions import newest_revision
 
 Rgba = npt.NDArray[np.uint8]
@@ -104,7 +105,7 @@ def _detector(store: Store, pair: Pair, run: Run) -> Rgba:
 def _objects(side: Side) -> Callable[[Store, Pair, Run], Rgba]:
     def draw(store: Store, pair: Pair, run: Run) -> Rgba:
         found = [o for o in runs.load_objects(store, run.id, pair.id) if o.side == side]
-        if not found and pair.id not in runs.finished_pairs(store, run.id, "search"):
+        if not found and not pair_overview(store, run.id, pair.id).searched:
             raise NotFound(f"pair {pair.title}: objects were not searched in run {run.name}")
         picture = np.zeros((pair.live.height, pair.live.width, 4), np.uint8)
         for thing in found:
@@ -125,18 +126,15 @@ def _doi(store: Store, pair: Pair, run: Run) -> Rgba:
         regions or runs.load_prediction(store, run.id, pair.id, "doi") is not None
     ):
         raise NotFound(f"pair {pair.title}: not integrated in run {run.name}")
-    objects = {
-        o.number: decode_rle(o.mask)
-        for o in runs.load_objects(store, run.id, pair.id)
-        if o.side == "live"
-    }
+    objects = live_masks(store, run.id, pair.id)
     change = decode_rle(detection.mask)
     labels, _ = components(change)
     height, width = change.shape
     hatch = (np.add.outer(np.arange(height), np.arange(width)) % 8) < 3
     picture = np.zeros((height, width, 4), np.uint8)
     for stored in sorted(regions, key=lambda r: r.region.doi):
-        mask = _region_mask(stored, objects, labels)
+        thing, parts = region_pixels(stored.region, objects, labels)
+        mask = parts if thing is None else parts | thing
         colour = doi_colour(stored.region.doi)
         picture[mask] = (*colour, 140)
         if stored.outcome == "adopt":
@@ -184,15 +182,6 @@ def _instance_colour(number: int) -> tuple[int, int, int]:
     """Well separated hues: steps of the golden ratio."""
     r, g, b = colorsys.hsv_to_rgb((0.08 + number * 0.618034) % 1.0, 0.72, 1.0)
     return round(r * 255), round(g * 255), round(b * 255)
-
-
-def _region_mask(
-    stored: StoredRegion, objects: dict[int, Mask], labels: npt.NDArray[np.int32]
-) -> Mask:
-    mask: Mask = np.isin(labels, [n + 1 for n in stored.region.component_indices])
-    for number in stored.region.object_indices:
-        mask = mask | objects[number]
-    return mask
 
 
 def _overlay(mask: Mask, colour: tuple[int, int, int]) -> Rgba:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import numpy.typing as npt
 
 from reviewer.dataset.files import read_rgb
-from reviewer.doi import Choice, compose, integrate
+from reviewer.doi import Choice, Region, compose, integrate
 from reviewer.errors import Conflict, NotFound
 from reviewer.masks import Mask, components, decode_rle, encode_rle, union
 from reviewer.models.interfaces import Aligner, Detector, Image, Segmenter
@@ -142,7 +144,6 @@ def compose_audited(store: Store, run_id: int, pair_id: int, verdicts: dict[int,
     detection = runs.load_detection(store, run_id, pair_id)
     if detection is None:
         raise NotFound(f"pair {pair_id}: run {run_id} has no detection for it")
-    objects = runs.load_objects(store, run_id, pair_id)
     regions = [
         replace(region, verdict=verdicts.get(region.id, region.verdict))
         for region in runs.load_regions(store, run_id, pair_id)
@@ -153,7 +154,7 @@ def compose_audited(store: Store, run_id: int, pair_id: int, verdicts: dict[int,
     outcomes: dict[int, Choice] = {k: region.outcome for k, region in enumerate(regions)}
     return compose(
         decode_rle(detection.mask),
-        [decode_rle(thing.mask) for thing in objects if thing.side == "live"],
+        list(live_masks(store, run_id, pair_id).values()),
         [region.region for region in regions],
         outcomes,
     )
@@ -170,14 +171,30 @@ def region_masks(store: Store, region_id: int) -> tuple[Mask | None, Mask]:
     assert detection is not None, "a region is made from a detection"
     stored = next(r for r in runs.load_regions(store, run_id, pair_id) if r.id == region_id)
     labels, _ = components(decode_rle(detection.mask))
-    parts: Mask = np.isin(labels, [n + 1 for n in stored.region.component_indices])
-    wanted = set(stored.region.object_indices)
-    found = [
-        decode_rle(thing.mask)
-        for thing in runs.load_objects(store, run_id, pair_id)
-        if thing.side == "live" and thing.number in wanted
-    ]
+    return region_pixels(stored.region, live_masks(store, run_id, pair_id), labels)
+
+
+def region_pixels(
+    region: Region, objects: Mapping[int, Mask], labels: npt.NDArray[np.int32]
+) -> tuple[Mask | None, Mask]:
+    """Return a region's live objects together (None without any), and its components.
+
+    Args:
+        objects: masks of the live objects by number.
+        labels: components of M_o as `masks.components` numbers them.
+    """
+    parts: Mask = np.isin(labels, [n + 1 for n in region.component_indices])
+    found = [objects[number] for number in region.object_indices]
     return (union(found, *parts.shape) if found else None), parts
+
+
+def live_masks(store: Store, run_id: int, pair_id: int) -> dict[int, Mask]:
+    """Return the masks of a pair's live objects by number."""
+    return {
+        thing.number: decode_rle(thing.mask)
+        for thing in runs.load_objects(store, run_id, pair_id)
+        if thing.side == "live"
+    }
 
 
 def warped_reference(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask]:

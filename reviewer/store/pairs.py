@@ -12,7 +12,8 @@ from reviewer.errors import InvalidInput, NotFound
 from reviewer.geometry import Grid, Pose2
 from reviewer.masks import Rle
 from reviewer.records import Image, OccupancyMap, Pair, Split
-from reviewer.store.database import Store, mask_columns, require, utc_now
+from reviewer.store.database import Store, require, utc_now
+from reviewer.store.revisions import insert_revision
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,13 +88,9 @@ def add_split(
                     pair.viewpoint_distance,
                 ],
             ).lastrowid
+            assert pair_id is not None
             if pair.truth is not None:
-                db.execute(
-                    "INSERT INTO mask_revisions (pair_id, number, parent, source, height, width,"
-                    " rle, area, box_x, box_y, box_width, box_height, created_at)"
-                    " VALUES (?, 1, 0, 'import', ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                    [pair_id, *mask_columns(pair.truth), utc_now()],
-                )
+                insert_revision(db, pair_id, 1, pair.truth, "import")
         return split_id
 
     return split_of_id(store, store.write(work))

@@ -7,7 +7,8 @@ import sqlite3
 from reviewer.errors import Conflict, InvalidInput
 from reviewer.masks import Rle, empty_rle
 from reviewer.records import ReviewState, Verdict
-from reviewer.store.database import Store, mask_columns, require, utc_now
+from reviewer.store.database import Store, require, utc_now
+from reviewer.store.revisions import insert_revision, newest_row, pair_row
 from reviewer.store.runs import put_prediction
 
 STATES: tuple[ReviewState, ...] = (
@@ -74,20 +75,7 @@ def set_review_state(
         raise InvalidInput(f"review state: {state!r} is not one of {', '.join(STATES)}")
 
     def work(db: sqlite3.Connection) -> None:
-        pair = require(
-            db.execute(
-                "SELECT s.name || '/' || p.name AS title, i.height, i.width FROM pairs p"
-                " JOIN splits s ON s.id = p.split_id JOIN images i ON i.id = p.live_id"
-                " WHERE p.id = ?",
-                [pair_id],
-            ).fetchone(),
-            f"pair {pair_id}: does not exist",
-        )
-        newest = db.execute(
-            "SELECT number, area, ignore_rle FROM mask_revisions WHERE pair_id = ?"
-            " ORDER BY number DESC LIMIT 1",
-            [pair_id],
-        ).fetchone()
+        pair, newest = pair_row(db, pair_id), newest_row(db, pair_id)
         number = newest["number"] if newest else 0
         if seen is not None and seen != number:
             raise Conflict(
@@ -98,21 +86,16 @@ def set_review_state(
                 f"pair {pair['title']}: has no mask to submit; draw one, or confirm it empty"
             )
         if state == "confirmed_empty" and (newest is None or newest["area"] > 0):
-            db.execute(
-                "INSERT INTO mask_revisions (pair_id, number, parent, annotator_id, source,"
-                " height, width, rle, area, box_x, box_y, box_width, box_height, ignore_rle,"
-                " created_at) VALUES (?, ?, ?, ?, 'confirmed_empty', ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                [
-                    pair_id,
-                    number + 1,
-                    number,
-                    annotator,
-                    *mask_columns(empty_rle(pair["height"], pair["width"])),
-                    newest["ignore_rle"] if newest else None,
-                    utc_now(),
-                ],
-            )
             number += 1
+            insert_revision(
+                db,
+                pair_id,
+                number,
+                empty_rle(pair["height"], pair["width"]),
+                "confirmed_empty",
+                annotator_id=annotator,
+                ignore_rle=newest["ignore_rle"] if newest else None,
+            )
         if state == "todo":
             db.execute(
                 "DELETE FROM reviews WHERE pair_id = ? AND annotator_id = ?", [pair_id, annotator]

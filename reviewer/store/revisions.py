@@ -88,14 +88,7 @@ def _append(
     active_seconds: float,
     tool_log: Sequence[Mapping[str, Any]],
 ) -> int:
-    pair = require(
-        db.execute(
-            "SELECT s.name || '/' || p.name AS title, i.height, i.width FROM pairs p"
-            " JOIN splits s ON s.id = p.split_id JOIN images i ON i.id = p.live_id WHERE p.id = ?",
-            [pair_id],
-        ).fetchone(),
-        f"pair {pair_id}: does not exist",
-    )
+    pair = pair_row(db, pair_id)
     size = (pair["height"], pair["width"])
     for name, rle in (("mask", mask), ("ignore mask", ignore)):
         if rle is not None and (rle.height, rle.width) != size:
@@ -104,11 +97,7 @@ def _append(
                 f" but the live image is {size[1]}x{size[0]}"
             )
     _refuse_when_finished(db, pair_id, annotator_id, pair["title"])
-    newest = db.execute(
-        "SELECT number, annotator_id, rle, ignore_rle FROM mask_revisions WHERE pair_id = ?"
-        " ORDER BY number DESC LIMIT 1",
-        [pair_id],
-    ).fetchone()
+    newest = newest_row(db, pair_id)
     number, kept = (newest["number"], newest["ignore_rle"]) if newest else (0, None)
     ignore_rle = kept if ignore is None else (ignore.counts if ignore.area else None)
     if newest and number == parent + 1:
@@ -119,6 +108,39 @@ def _append(
         raise Conflict(
             f"pair {pair['title']}: made from revision {parent}, but the newest is {number}"
         )
+    insert_revision(
+        db,
+        pair_id,
+        parent + 1,
+        mask,
+        source,
+        annotator_id=annotator_id,
+        ignore_rle=ignore_rle,
+        active_seconds=active_seconds,
+        tool_log=tool_log,
+    )
+    if annotator_id is not None:
+        db.execute(
+            "INSERT OR IGNORE INTO reviews (pair_id, annotator_id, state, updated_at)"
+            " VALUES (?, ?, 'in_progress', ?)",
+            [pair_id, annotator_id, utc_now()],
+        )
+    return parent + 1
+
+
+def insert_revision(
+    db: sqlite3.Connection,
+    pair_id: int,
+    number: int,
+    mask: Rle,
+    source: RevisionSource,
+    *,
+    annotator_id: int | None = None,
+    ignore_rle: str | None = None,
+    active_seconds: float = 0.0,
+    tool_log: Sequence[Mapping[str, Any]] = (),
+) -> None:
+    """Write revision `number` inside a transaction of the writer; its parent is the one before."""
     db.execute(
         "INSERT INTO mask_revisions (pair_id, number, parent, annotator_id, source,"
         " height, width, rle, area, box_x, box_y, box_width, box_height,"
@@ -126,8 +148,8 @@ def _append(
         " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
         [
             pair_id,
-            parent + 1,
-            parent,
+            number,
+            number - 1,
             annotator_id,
             source,
             *mask_columns(mask),
@@ -137,13 +159,30 @@ def _append(
             utc_now(),
         ],
     )
-    if annotator_id is not None:
+
+
+def newest_row(db: sqlite3.Connection, pair_id: int) -> sqlite3.Row | None:
+    """Return the row of a pair's newest revision inside a transaction, None when it has none."""
+    row: sqlite3.Row | None = db.execute(
+        "SELECT * FROM mask_revisions WHERE pair_id = ? ORDER BY number DESC LIMIT 1", [pair_id]
+    ).fetchone()
+    return row
+
+
+def pair_row(db: sqlite3.Connection, pair_id: int) -> sqlite3.Row:
+    """Return title, height and width of a pair inside a transaction.
+
+    Raises:
+        NotFound: when there is none of that id.
+    """
+    return require(
         db.execute(
-            "INSERT OR IGNORE INTO reviews (pair_id, annotator_id, state, updated_at)"
-            " VALUES (?, ?, 'in_progress', ?)",
-            [pair_id, annotator_id, utc_now()],
-        )
-    return parent + 1
+            "SELECT s.name || '/' || p.name AS title, i.height, i.width FROM pairs p"
+            " JOIN splits s ON s.id = p.split_id JOIN images i ON i.id = p.live_id WHERE p.id = ?",
+            [pair_id],
+        ).fetchone(),
+        f"pair {pair_id}: does not exist",
+    )
 
 
 def _refuse_when_finished(

@@ -57,9 +57,9 @@ export class PairDesk {
     const unsent = this.saver.unsent(id);
     const fits = unsent?.width === pair.width && unsent?.height === pair.height;
     const shown = unsent && fits ? unsent.counts : reply.mask.counts;
-    const mask = decode(shown, pair.width, pair.height);
     // The person's own undo history holds as long as nobody else's mask came in.
     const kept = same && (unsent !== null || reply.revision === state.revision);
+    const mask = kept ? this.mask : decode(shown, pair.width, pair.height);
     state.pair = pair;
     state.run = pair.run;
     state.region = same ? Math.min(state.region, pair.regions.length - 1) : -1;

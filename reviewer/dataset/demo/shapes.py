@@ -153,19 +153,24 @@ def surface(
         np.linspace(0, tiles[1], rows), np.linspace(0, tiles[0], columns), indexing="ij"
     )
     uv = np.stack([u, v], axis=2).astype(np.float32)
-    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)[None, :]).ravel()
-    order = np.concatenate(
-        [
-            np.stack([first, first + 1, first + columns + 1], axis=1),
-            np.stack([first, first + columns + 1, first + columns], axis=1),
-        ]
-    )
+    order = _grid_triangles(rows, columns)
     return Mesh(
         points.reshape(-1, 3)[order],
         normals.reshape(-1, 3)[order].astype(np.float32),
         uv.reshape(-1, 2)[order],
         np.zeros(len(order), np.int32),
         (material,),
+    )
+
+
+def _grid_triangles(rows: int, columns: int) -> npt.NDArray[np.int64]:
+    """Return the corners (T, 3) of the triangles between the points of a grid, as flat indices."""
+    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)[None, :]).ravel()
+    return np.concatenate(
+        [
+            np.stack([first, first + 1, first + columns + 1], axis=1),
+            np.stack([first, first + columns + 1, first + columns], axis=1),
+        ]
     )
 
 
@@ -216,13 +221,7 @@ def surface_with_normals(
 ) -> Floats:
     """Return the corner normals (T, 3, 3) that `surface` would have with the given normals."""
     rows, columns = points.shape[:2]
-    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)[None, :]).ravel()
-    order = np.concatenate(
-        [
-            np.stack([first, first + 1, first + columns + 1], axis=1),
-            np.stack([first, first + columns + 1, first + columns], axis=1),
-        ]
-    )
+    order = _grid_triangles(rows, columns)
     chosen: Floats = normals.reshape(-1, 3).astype(np.float32)[order]
     return chosen
 
