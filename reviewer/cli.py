@@ -30,6 +30,13 @@ app = typer.Typer(
 Database = Annotated[
     Path, typer.Option("--db", envvar="REVIEWER_DB", help="SQLite database.", show_default=True)
 ]
+ClickModel = Annotated[
+    str,
+    typer.Option(
+        help="What answers clicks: grabcut, sam:PATH, sam2:PATH; a directory or a hub id.",
+        metavar="NAME[:PATH]",
+    ),
+]
 Splits = Annotated[list[str] | None, typer.Option("--split", help="Only these splits; repeatable.")]
 DEFAULT_DB = Path("reviewer.db")
 
@@ -55,6 +62,7 @@ def demo(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="The one port.")] = 8000,
     token: Annotated[str | None, typer.Option(envvar="REVIEWER_TOKEN")] = None,
+    click: ClickModel = "grabcut",
 ) -> None:
     """Render the demo world, import it, run the weight-free pipeline, and open the app."""
     from reviewer.dataset.demo.world import plan_splits, render_world
@@ -75,7 +83,7 @@ def demo(
         _run(store, None, PipelineSettings(), "all", None, workers)
         _evaluate(store, None, "table")
     if not check:
-        _serve(data / "reviewer.db", host, port, token, [])
+        _serve(data / "reviewer.db", host, port, token, [], click)
 
 
 @app.command("import")
@@ -216,10 +224,11 @@ def serve(
     allow_host: Annotated[
         list[str] | None, typer.Option(help="Further host names of this server; repeatable.")
     ] = None,
+    click: ClickModel = "grabcut",
     db: Database = DEFAULT_DB,
 ) -> None:
     """Open the app on one port and print the link to sign in with."""
-    _serve(db, host, port, token, allow_host or [])
+    _serve(db, host, port, token, allow_host or [], click)
 
 
 @app.command()
@@ -336,10 +345,12 @@ def _evaluate(store: Store, run: str | None, form: FormatName) -> None:
     Console(width=max(100, Console().width)).print(table)
 
 
-def _serve(db: Path, host: str, port: int, token: str | None, allow_host: list[str]) -> None:
+def _serve(
+    db: Path, host: str, port: int, token: str | None, allow_host: list[str], click: str
+) -> None:
     from reviewer.app.server import serve_app
 
-    serve_app(db, host=host, port=port, token=token, allow_hosts=allow_host)
+    serve_app(db, host=host, port=port, token=token, allow_hosts=allow_host, click=click)
 
 
 @contextmanager

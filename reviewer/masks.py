@@ -245,3 +245,24 @@ def dilate(mask: Mask, *, size_px: int, times: int = 1) -> Mask:
     kernel = np.ones((size_px, size_px), np.uint8)
     grown: npt.NDArray[np.uint8] = cv2.dilate(mask.view(np.uint8), kernel, iterations=times)
     return grown.view(np.bool_)
+
+
+def fill_holes(mask: Mask) -> Mask:
+    """Set what is enclosed: pixels without a 4-connected way to the border."""
+    outside = np.pad((~mask).view(np.uint8), 1, constant_values=1)
+    _, labels = cv2.connectedComponents(outside, connectivity=4)
+    return np.ascontiguousarray((labels != labels[0, 0])[1:-1, 1:-1])
+
+
+def keep_touched(mask: Mask, points: Iterable[tuple[int, int]]) -> Mask:
+    """Keep the 8-connected components that lie under one of the points (x, y)."""
+    _, labels = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
+    wanted = {int(labels[y, x]) for x, y in points} - {0}
+    return np.isin(labels, list(wanted))
+
+
+def boundary(mask: Mask) -> Mask:
+    """Return the pixels of a mask that touch, by a side, what is not in it or the image's rim."""
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    inner = cv2.erode(mask.view(np.uint8), cross, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    return mask & ~np.asarray(inner, np.uint8).view(np.bool_)

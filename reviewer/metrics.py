@@ -9,9 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
+import numpy.typing as npt
 
-from reviewer.masks import Mask
+from reviewer.masks import Mask, boundary
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,3 +70,24 @@ def recall(counts: Counts, *, zero_over_zero: float = 0.0) -> float:
 def f_score(counts: Counts, *, zero_over_zero: float = 0.0) -> float:
     """2 P R / (P + R) = 2 TP / (2 TP + FP + FN), in [0, 1]."""
     return _ratio(2 * counts.tp, 2 * counts.tp + counts.fp + counts.fn, zero_over_zero)
+
+
+def boundary_f(predicted: Mask, truth: Mask, tolerance_px: float) -> float:
+    """Return the boundary F-score of two bool (H, W) masks, in [0, 1].
+
+    A boundary pixel is right when the other boundary passes within `tolerance_px` of it. Two empty
+    masks agree (1); an empty and a filled one do not (0). Source: Perazzi et al., DAVIS (CVPR
+    2016), with a tolerance in pixels.
+    """
+    ours, theirs = boundary(predicted), boundary(truth)
+    if not ours.any() or not theirs.any():
+        return float(ours.any() == theirs.any())
+    right = float(np.mean(_distance_to(theirs)[ours] <= tolerance_px))
+    found = float(np.mean(_distance_to(ours)[theirs] <= tolerance_px))
+    return _ratio(2 * right * found, right + found, 0.0)
+
+
+def _distance_to(mask: Mask) -> npt.NDArray[np.float32]:
+    away = (~mask).view(np.uint8)
+    distance = cv2.distanceTransform(away, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(distance, np.float32)

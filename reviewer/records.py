@@ -76,7 +76,11 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class MaskRevision:
-    """One revision of a pair's ground truth; number 0 does not exist, it means "none yet"."""
+    """One revision of a pair's ground truth; number 0 does not exist, it means "none yet".
+
+    Attributes:
+        tool_log: the actions that led to it from its parent, in order.
+    """
 
     pair_id: int
     number: int
@@ -86,6 +90,7 @@ class MaskRevision:
     annotator: str | None
     active_seconds: float
     created_at: str
+    tool_log: tuple[dict[str, Any], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

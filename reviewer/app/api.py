@@ -11,13 +11,16 @@ from collections import OrderedDict
 from threading import Lock
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Depends, Header, Path, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, ValidationError
 
 from reviewer.app import messages as m
 from reviewer.app.details import choose_run, pair_detail
 from reviewer.app.pictures import draw_layer
+from reviewer.app.pointing import build_pointing
+from reviewer.app.proposing import build_proposing
+from reviewer.editing.clicks import Clicks
 from reviewer.editing.commit import (
     MaskEdit,
     change_state,
@@ -27,15 +30,15 @@ from reviewer.editing.commit import (
 )
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import InvalidInput
-from reviewer.masks import Rle, decode_rle, empty_rle, encode_png, encode_rle
-from reviewer.pipeline.stages import region_masks
+from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
+from reviewer.records import MaskRevision
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.overview import pair_overview
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import list_progress, list_queue
 from reviewer.store.reviews import annotator_id
-from reviewer.store.revisions import list_revisions, newest_revision
+from reviewer.store.revisions import list_revisions, newest_revision, revision_of_number
 
 CACHED_PICTURES = 160
 PNG: dict[str, Any] = {"image/png": {"schema": {"type": "string", "format": "binary"}}}
@@ -115,18 +118,20 @@ def _who(request: Request) -> str:
 
 
 Annotator = Annotated[str, Depends(_who)]
-Id = Annotated[int, Path(ge=1, le=2**63 - 1)]
+Id = m.Id
 
 
-def build_api(store: Store) -> APIRouter:
+def build_api(store: Store, clicks: Clicks) -> APIRouter:
     """Return the router of all endpoints under /api."""
     router = APIRouter(prefix="/api", responses=PROBLEMS)
+    router.include_router(build_pointing(store, clicks))
+    router.include_router(build_proposing(store))
     pictures = PictureCache()
 
     @router.get("/me")
     def me(annotator: Annotator) -> m.Me:
-        """Who is signed in."""
-        return m.Me(annotator=annotator)
+        """Who is signed in, and which segmenter answers clicks."""
+        return m.Me(annotator=annotator, clicks=clicks.model_id)
 
     @router.get("/runs")
     def list_runs() -> list[m.RunInfo]:
@@ -203,13 +208,8 @@ def build_api(store: Store) -> APIRouter:
         headers = {"ETag": f'"{number}"', "Cache-Control": "no-store"}
         if "application/json" not in request.headers.get("accept", ""):
             return Response(encode_png(decode_rle(mask)), media_type="image/png", headers=headers)
-        reply = m.MaskReply(
-            revision=number,
-            mask=m.RleMask(height=mask.height, width=mask.width, counts=mask.counts),
-            ignore=newest.ignore_rle if newest else None,
-            annotator=newest.annotator if newest else None,
-            created_at=newest.created_at if newest else None,
-        )
+        none = m.MaskReply.empty(mask.height, mask.width, mask.counts)
+        reply = _mask_reply(newest) if newest else none
         return Response(reply.model_dump_json(), media_type="application/json", headers=headers)
 
     @router.put("/pairs/{pair_id}/mask", openapi_extra=MASK_BODY)
@@ -243,9 +243,15 @@ def build_api(store: Store) -> APIRouter:
                 area=r.mask.area,
                 active_seconds=r.active_seconds,
                 created_at=r.created_at,
+                tools=[str(action.get("tool", "?")) for action in r.tool_log],
             )
             for r in list_revisions(store, pair_id)
         ]
+
+    @router.get("/pairs/{pair_id}/revisions/{number}")
+    def get_revision(pair_id: Id, number: Id) -> m.MaskReply:
+        """One revision of a pair's ground truth."""
+        return _mask_reply(revision_of_number(store, pair_id, number))
 
     @router.put("/pairs/{pair_id}/state")
     def put_state(
@@ -260,18 +266,6 @@ def build_api(store: Store) -> APIRouter:
         newest = newest_revision(store, pair_id)
         return m.StateReply(state=change.state, revision=newest.number if newest else 0)
 
-    @router.get("/regions/{region_id}/masks")
-    def get_region_masks(region_id: Id) -> m.RegionMasks:
-        """The pixels of a region: what would be adopted, and what would be kept."""
-        thing, parts = region_masks(store, region_id)
-        height, width = parts.shape
-        return m.RegionMasks(
-            height=height,
-            width=width,
-            object=None if thing is None else encode_rle(thing).counts,
-            components=encode_rle(parts).counts,
-        )
-
     @router.post("/regions/{region_id}/audit")
     def post_audit(annotator: Annotator, region_id: Id, change: m.VerdictChange) -> m.PairDetail:
         """Give a verdict on a region; the answer is the pair with its new prediction."""
@@ -281,6 +275,17 @@ def build_api(store: Store) -> APIRouter:
         return pair_detail(store, pair_id, person, run)
 
     return router
+
+
+def _mask_reply(revision: MaskRevision) -> m.MaskReply:
+    mask = revision.mask
+    return m.MaskReply(
+        revision=revision.number,
+        mask=m.RleMask(height=mask.height, width=mask.width, counts=mask.counts),
+        ignore=revision.ignore_rle,
+        annotator=revision.annotator,
+        created_at=revision.created_at,
+    )
 
 
 def _revision(if_match: str | None) -> int:

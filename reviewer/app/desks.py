@@ -114,8 +114,8 @@ class Desk:
         self.send({"type": "open", "pair": pair_id, "run": self.run})
         self.redraw("pair")
 
-    def showing(self, pair_id: int) -> None:
-        """Note what the frame shows, and tell it what to load ahead."""
+    def showing(self, pair_id: int) -> list[int]:
+        """Note what the frame shows, and tell it what to load ahead; return that too."""
         with self.lock:
             moved, self.pair_id = self.pair_id != pair_id, pair_id
             here = self.ids.index(pair_id) if pair_id in self.ids else -1
@@ -123,6 +123,7 @@ class Desk:
         self.send({"type": "ahead", "pairs": ahead})
         if moved:
             self.redraw("pair")
+        return ahead
 
     def step(self, by: int) -> None:
         """Open the next (by = 1) or the previous pair (-1) of the queue; stop at its ends."""

@@ -25,6 +25,7 @@ from reviewer.app.access import Access, Guard, problem
 from reviewer.app.api import build_api
 from reviewer.app.desks import Desk, Desks
 from reviewer.app.proxy import ViserProxy
+from reviewer.editing.clicks import Clicks
 from reviewer.errors import InvalidInput, ReviewerError
 from reviewer.shipped import shipped_folder
 from reviewer.store.database import Store
@@ -42,6 +43,7 @@ def build_gateway(
     store: Store,
     access: Access,
     desks: Desks,
+    clicks: Clicks,
     viser_port: int,
     on_stop: Callable[[], None] = lambda: None,
 ) -> FastAPI:
@@ -51,6 +53,7 @@ def build_gateway(
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         yield
         await asyncio.to_thread(on_stop)
+        await asyncio.to_thread(clicks.stop)
 
     app = FastAPI(
         title="reviewer",
@@ -62,7 +65,7 @@ def build_gateway(
     )
     static = shipped_folder("static")
     proxy = ViserProxy(viser_port)
-    app.include_router(build_api(store))
+    app.include_router(build_api(store, clicks))
     _answer_errors(app)
 
     @app.middleware("http")
@@ -110,7 +113,7 @@ def build_gateway(
 
     @app.websocket("/api/desk")
     async def desk_socket(socket: WebSocket, client: str = "") -> None:
-        await _serve_desk(socket, store, desks, client)
+        await _serve_desk(socket, store, desks, clicks, client)
 
     @app.get("/", include_in_schema=False)
     async def viser_page(request: Request) -> Response:
@@ -175,7 +178,9 @@ def _answer_errors(app: FastAPI) -> None:
         return problem(InvalidInput.status, f"{place}: {first['msg']}")
 
 
-async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, nonce: str) -> None:
+async def _serve_desk(
+    socket: WebSocket, store: Store, desks: Desks, clicks: Clicks, nonce: str
+) -> None:
     """Join a workbench frame with its desk, and pass messages.
 
     The guard has checked session, Host and Origin, and the frame's page has only been given to a
@@ -199,7 +204,7 @@ async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, nonce: str)
         while True:
             text = await socket.receive_text()
             try:
-                await asyncio.to_thread(_handle, desk, FROM_FRAME.validate_json(text))
+                await asyncio.to_thread(_handle, desk, clicks, FROM_FRAME.validate_json(text))
             except (ValidationError, ReviewerError) as error:
                 send({"type": "error", "detail": str(error)})
             except Exception as error:
@@ -211,11 +216,12 @@ async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, nonce: str)
         writer.cancel()
 
 
-def _handle(desk: Desk, message: m.FromFrame) -> None:
+def _handle(desk: Desk, clicks: Clicks, message: m.FromFrame) -> None:
     """Do what the frame asks."""
     match message:
         case m.Showing():
-            desk.showing(message.pair)
+            ahead = desk.showing(message.pair)
+            clicks.embed_ahead(id(desk), [message.pair, *ahead], desk.chosen_run)
         case m.Step():
             desk.step(message.by)
         case m.Changed():

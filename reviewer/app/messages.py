@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+from fastapi import Path
 from pydantic import BaseModel, ConfigDict, Field
 
+from reviewer.editing.proposals import Source
 from reviewer.records import ReviewState, Verdict
 from reviewer.store.queue import Order
 
@@ -23,6 +25,10 @@ LayerName = Literal[
 ]
 
 
+Id = Annotated[int, Path(ge=1, le=2**63 - 1)]
+"""The key of a pair, a region .. in a path."""
+
+
 class Message(BaseModel):
     """Base of all messages: unknown fields are refused."""
 
@@ -38,9 +44,10 @@ class Problem(Message):
 
 
 class Me(Message):
-    """The signed-in annotator."""
+    """The signed-in annotator, and which segmenter answers clicks."""
 
     annotator: str
+    clicks: str
 
 
 class RunInfo(Message):
@@ -102,13 +109,30 @@ class RegionInfo(Message):
     audited_by: str | None
 
 
-class RegionMasks(Message):
-    """The pixels of a region as COCO run-lengths: its object, and its components of M_o."""
+class ProposalInfo(Message):
+    """A proposed mask as COCO run-lengths of the live image's size, and what became of it."""
 
-    height: int
-    width: int
-    object: str | None
-    components: str
+    key: str
+    source: Source
+    run: str
+    number: int
+    label: str
+    score: float | None
+    region_id: int | None
+    area: int
+    box_xyxy: tuple[int, int, int, int]
+    counts: str
+    outcome: str | None
+
+
+class DoubtfulRegionInfo(Message):
+    """A region that waits for a verdict."""
+
+    region: int
+    pair: int
+    split: str
+    name: str
+    doi: float
 
 
 class ScoreInfo(Message):
@@ -162,6 +186,12 @@ class MaskReply(Message):
     annotator: str | None
     created_at: str | None
 
+    @classmethod
+    def empty(cls, height: int, width: int, counts: str) -> MaskReply:
+        """The reply for a pair without ground truth."""
+        mask = RleMask(height=height, width=width, counts=counts)
+        return cls(revision=0, mask=mask, ignore=None, annotator=None, created_at=None)
+
 
 class MaskChange(Message):
     """A mask to commit; the revision it was made from stands in If-Match."""
@@ -176,6 +206,63 @@ class Committed(Message):
     """The revision that a commit made."""
 
     revision: int
+
+
+Coordinate = Annotated[float, Field(ge=0, le=20000, allow_inf_nan=False)]
+
+
+class ClickPoint(Message):
+    """A click on the object (positive) or beside it; pixels of the live image."""
+
+    x: Coordinate
+    y: Coordinate
+    positive: bool = True
+
+
+class CandidateMask(Message):
+    """A candidate as COCO run-lengths, with the segmenter's own score in [0, 1]."""
+
+    counts: str
+    score: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
+
+
+class ClickChange(Message):
+    """What a person clicked on one object; `client` names the window it comes from.
+
+    `previous` is the mask that the last click corrects; a candidate with its score, or a part of
+    the ground truth with score 0.
+    """
+
+    client: Annotated[str, Field(min_length=1, max_length=64)]
+    run: str | None = None
+    picture: Literal["live", "reference"] = "live"
+    clicks: Annotated[list[ClickPoint], Field(max_length=200)] = []
+    box: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None
+    previous: CandidateMask | None = None
+    crop: bool = False
+    preview: bool = False
+
+
+class ClickReply(Message):
+    """Candidates, best first, and the milliseconds that the segmenter took."""
+
+    candidates: list[CandidateMask]
+    model: str
+    embed_ms: float
+    predict_ms: float
+
+
+class LivePoint(Message):
+    """A point of the reference image in the live image."""
+
+    x: float
+    y: float
+
+
+class EdgePath(Message):
+    """A path along edges: corners (x, y) in pixels, from the start to the end."""
+
+    points: list[tuple[int, int]]
 
 
 class StateChange(Message):
@@ -207,6 +294,7 @@ class RevisionInfo(Message):
     area: int
     active_seconds: float
     created_at: str
+    tools: list[str]
 
 
 class Showing(Message):

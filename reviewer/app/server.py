@@ -11,25 +11,42 @@ from reviewer.app.access import Access
 from reviewer.app.desks import Desks
 from reviewer.app.gateway import build_gateway
 from reviewer.app.shell import Shell
+from reviewer.editing.clicks import Clicks
 from reviewer.errors import InvalidInput
+from reviewer.models.embeddings import EmbeddingCache, cache_folder
+from reviewer.models.registry import build_click_segmenter
 from reviewer.store.database import Store
 
 LARGEST_MESSAGE = 64 * 2**20
 
 
-def serve_app(db: Path, *, host: str, port: int, token: str | None, allow_hosts: list[str]) -> None:
+def serve_app(
+    db: Path,
+    *,
+    host: str,
+    port: int,
+    token: str | None,
+    allow_hosts: list[str],
+    click: str,
+) -> None:
     """Serve until interrupted; print the sign-in link first. Port 0 takes a free one.
 
+    Args:
+        click: the click segmenter, NAME or NAME:PATH.
+
     Raises:
-        InvalidInput: when the host needs a token, or the port is taken.
+        InvalidInput: when the host needs a token, the port is taken, or the click segmenter cannot
+            be loaded.
         NotFound: when the database does not exist.
     """
+    segmenter = build_click_segmenter(click)
     with _listen(host, port) as listener, Store(db) as store:
         number = listener.getsockname()[1]
         access = Access.create(host, number, token, allow_hosts)
         desks = Desks(store)
         shell = Shell(desks)
-        app = build_gateway(store, access, desks, shell.port, on_stop=shell.stop)
+        clicks = Clicks(store, EmbeddingCache(segmenter, cache_folder()))
+        app = build_gateway(store, access, desks, clicks, shell.port, on_stop=shell.stop)
         shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
         print(f"reviewer: http://{shown}:{number}/sign-in?token={access.token}", flush=True)
         config = uvicorn.Config(

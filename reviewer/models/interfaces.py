@@ -6,6 +6,7 @@ live image unless it says otherwise.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -17,6 +18,8 @@ from reviewer.masks import Mask
 
 Image = npt.NDArray[np.uint8]
 Field = npt.NDArray[np.float32]
+Embedding = Mapping[str, npt.NDArray[np.float32]]
+"""What a click segmenter knows of an image; its own business, but for being arrays."""
 
 
 class ModelFailed(ReviewerError):
@@ -76,4 +79,58 @@ class Segmenter(Protocol):
 
     def segment(self, warped: Image, live: Image, change: Mask, valid: Mask) -> Objects:
         """Return instances of O_l and O_r."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Click:
+    """A point that belongs to the object (positive) or does not; image coordinates, pixels."""
+
+    x: float
+    y: float
+    positive: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Prompt:
+    """What a person said about one object so far.
+
+    Attributes:
+        clicks: in the order they were made.
+        box_xyxy: a box around the object.
+        previous: bool (H, W), the mask that the last click corrects.
+    """
+
+    clicks: tuple[Click, ...] = ()
+    box_xyxy: tuple[float, float, float, float] | None = None
+    previous: Mask | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A proposed object mask: bool (H, W), and the model's own guess of its IoU in [0, 1]."""
+
+    mask: Mask
+    score: float
+
+
+class ClickSegmenter(Protocol):
+    """Finds the object that a person points at: embed an image once, then predict per click."""
+
+    @property
+    def model_id(self) -> str:
+        """Name and weights of the model; part of the key under which embeddings are kept."""
+        ...
+
+    @property
+    def keeps_embeddings(self) -> bool:
+        """Whether an embedding costs enough to be kept on disk."""
+        ...
+
+    def embed(self, image: Image, other: Image | None) -> Embedding:
+        """Prepare an image; `other` shows the same view at the other time, None without one."""
+        ...
+
+    def predict(self, embedding: Embedding, prompt: Prompt) -> list[Candidate]:
+        """Return candidates of the embedded image's size, best first; at least one."""
         ...

@@ -10,7 +10,7 @@ from dataclasses import fields
 from typing import Any, TypeVar
 
 from reviewer.errors import InvalidInput
-from reviewer.models.interfaces import Aligner, Detector, Segmenter
+from reviewer.models.interfaces import Aligner, ClickSegmenter, Detector, Segmenter
 
 Model = TypeVar("Model")
 
@@ -39,9 +39,35 @@ def _oversegment(**settings: Any) -> Segmenter:
     return OversegmentSegmenter(**settings)
 
 
+def _grabcut(path: str) -> ClickSegmenter:
+    from reviewer.models.click_grabcut import GrabCutClicks
+
+    if path:
+        raise InvalidInput(f"--click grabcut:{path}: grabcut has no weights, so it takes no path")
+    return GrabCutClicks()
+
+
+def _sam(path: str) -> ClickSegmenter:
+    from reviewer.models.click_sam import SamClicks
+
+    return SamClicks.load("sam", path)
+
+
+def _sam2(path: str) -> ClickSegmenter:
+    from reviewer.models.click_sam import SamClicks
+
+    return SamClicks.load("sam2", path or DEFAULT_SAM2)
+
+
+DEFAULT_SAM2 = "facebook/sam2.1-hiera-tiny"
 ALIGNERS: dict[str, Callable[..., Aligner]] = {"dis": _dis, "homography": _homography}
 DETECTORS: dict[str, Callable[..., Detector]] = {"difference": _difference}
 SEGMENTERS: dict[str, Callable[..., Segmenter]] = {"oversegment": _oversegment}
+CLICK_SEGMENTERS: dict[str, Callable[[str], ClickSegmenter]] = {
+    "grabcut": _grabcut,
+    "sam": _sam,
+    "sam2": _sam2,
+}
 
 
 def build_aligner(name: str, settings: Mapping[str, Any] | None = None) -> Aligner:
@@ -57,6 +83,19 @@ def build_detector(name: str, settings: Mapping[str, Any] | None = None) -> Dete
 def build_segmenter(name: str, settings: Mapping[str, Any] | None = None) -> Segmenter:
     """Return a segmenter; raises InvalidInput for an unknown name or setting."""
     return _build("segmenter", SEGMENTERS, name, settings)
+
+
+def build_click_segmenter(text: str) -> ClickSegmenter:
+    """Return the click segmenter that `NAME` or `NAME:PATH` names; PATH is a directory or hub id.
+
+    Raises:
+        InvalidInput: for an unknown name, or a checkpoint that cannot be loaded.
+    """
+    name, _, path = text.partition(":")
+    if name not in CLICK_SEGMENTERS:
+        known = ", ".join(CLICK_SEGMENTERS)
+        raise InvalidInput(f"--click {text}: there is no {name!r}; there are {known}")
+    return CLICK_SEGMENTERS[name](path)
 
 
 def settings_of(model: Any) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from reviewer.dataset.files import read_rgb
 from reviewer.doi import Choice, Region, compose, integrate
 from reviewer.errors import Conflict, NotFound
-from reviewer.masks import Mask, components, decode_rle, encode_rle, union
+from reviewer.masks import Mask, decode_rle, encode_rle, union
 from reviewer.models.interfaces import Aligner, Detector, Image, Segmenter
 from reviewer.models.registry import build_aligner, build_detector, build_segmenter
 from reviewer.pipeline.fields import load_warp, store_alignment, store_detection
@@ -158,20 +158,6 @@ def compose_audited(store: Store, run_id: int, pair_id: int, verdicts: dict[int,
         [region.region for region in regions],
         outcomes,
     )
-
-
-def region_masks(store: Store, region_id: int) -> tuple[Mask | None, Mask]:
-    """Return the pixels of a region: its live objects together (None without any), and its m.
-
-    Raises:
-        NotFound: when the region does not exist.
-    """
-    run_id, pair_id = runs.region_of_id(store, region_id)
-    detection = runs.load_detection(store, run_id, pair_id)
-    assert detection is not None, "a region is made from a detection"
-    stored = next(r for r in runs.load_regions(store, run_id, pair_id) if r.id == region_id)
-    labels, _ = components(decode_rle(detection.mask))
-    return region_pixels(stored.region, live_masks(store, run_id, pair_id), labels)
 
 
 def region_pixels(

@@ -42,6 +42,21 @@ def list_revisions(store: Store, pair_id: int) -> list[MaskRevision]:
     return [_revision(row) for row in rows]
 
 
+def revision_of_number(store: Store, pair_id: int, number: int) -> MaskRevision:
+    """Return one revision of a pair.
+
+    Raises:
+        NotFound: when there is none of that number.
+    """
+    query = SELECT.format(table="mask_revisions")
+    row = (
+        store.read()
+        .execute(f"{query} WHERE m.pair_id = ? AND m.number = ?", [pair_id, number])
+        .fetchone()
+    )
+    return _revision(require(row, f"pair {pair_id}: has no revision {number}"))
+
+
 def add_revision(
     store: Store,
     pair_id: int,
@@ -206,6 +221,7 @@ def _revision(row: sqlite3.Row) -> MaskRevision:
         row["annotator"],
         row["active_seconds"],
         row["created_at"],
+        tuple(json.loads(row["tool_log"])),
     )
 
 

@@ -45,8 +45,12 @@ export const api = {
   /** @param {number} id @param {string} state @param {number | null} revision that was looked at */
   putState: (id, state, revision) =>
     call(`/api/pairs/${id}/state`, send("PUT", { state }, revision === null ? {} : { "If-Match": `"${revision}"` })),
-  /** @param {number} region */
-  regionMasks: (region) => call(`/api/regions/${region}/masks`),
+  /** @param {number} id @param {string | null} run @param {string[]} sources */
+  proposals: (id, run, sources) => {
+    const query = new URLSearchParams(sources.map((source) => ["source", source]));
+    if (run) query.set("run", run);
+    return call(`/api/pairs/${id}/proposals?${query}`);
+  },
   /** @param {number} region @param {string} verdict */
   audit: (region, verdict) => call(`/api/regions/${region}/audit`, send("POST", { verdict })),
   /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer */

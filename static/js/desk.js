@@ -174,11 +174,11 @@ export class PairDesk {
     const { pair, region } = this.state;
     const chosen = pair?.regions[region];
     if (!pair || !chosen) return this.on.notice("Select a region first: press Tab.");
-    const masks = await api.regionMasks(chosen.id);
+    const found = await api.proposals(pair.id, pair.run, ["region"]);
+    const proposed = found.find((/** @type {any} */ each) => each.region_id === chosen.id);
     if (this.state.pair?.id !== pair.id || this.state.locked || this.active) return;
-    const source = masks.object ? "object" : "components";
-    const proposal = decode(masks[source], masks.width, masks.height);
-    this.replace(APPLY[way](this.mask, proposal.data), way, { region: chosen.id, source });
+    const proposal = decode(proposed.counts, pair.width, pair.height);
+    this.replace(APPLY[way](this.mask, proposal.data), way, { proposal: proposed.key });
   }
 
   /** @param {object} action */

@@ -1,11 +1,14 @@
 """A gateway in the process, with a run to look at."""
 
 import pytest
+from fakes import FakeClicks
 from starlette.testclient import TestClient
 
 from reviewer.app.access import Access
 from reviewer.app.desks import Desks
 from reviewer.app.gateway import build_gateway
+from reviewer.editing.clicks import Clicks
+from reviewer.models.embeddings import EmbeddingCache
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 
@@ -24,8 +27,20 @@ def desks(db):
 
 
 @pytest.fixture
-def app(db, access, desks):
-    return build_gateway(db, access, desks, viser_port=9)
+def segmenter():
+    return FakeClicks()
+
+
+@pytest.fixture
+def clicks(db, segmenter):
+    clicks = Clicks(db, EmbeddingCache(segmenter, None))
+    yield clicks
+    clicks.stop()
+
+
+@pytest.fixture
+def app(db, access, desks, clicks):
+    return build_gateway(db, access, desks, clicks, viser_port=9)
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from reviewer.masks import decode_png, decode_rle, encode_png, encode_rle, read_rle
+from reviewer.masks import decode_png, encode_png, encode_rle
 
 JSON = {"Accept": "application/json"}
 HERE = {"Origin": "http://localhost:8000", "Host": "localhost:8000"}
@@ -221,16 +221,6 @@ def test_a_verdict_moves_the_prediction(client, run):
     assert after["version"] != before["version"]
     assert after["scores"]["audited"]["tp"] == 0
     assert not picture(client, "/api/pairs/1/layers/prediction.png")[..., 3].any()
-
-
-def test_a_region_gives_the_pixels_of_object_and_components(client, run, tiny_split):
-    masks = client.get("/api/regions/1/masks").json()
-    size = (masks["height"], masks["width"])
-    thing = decode_rle(read_rle(*size, masks["object"]))
-    parts = decode_rle(read_rle(*size, masks["components"]))
-    assert thing[45:55, 55:70].all() and parts[45:55, 55:70].all()
-    assert (thing != parts).any()
-    assert client.get("/api/regions/99/masks").status_code == 404
 
 
 def test_bad_verdicts_are_refused(client, run):

@@ -17,6 +17,9 @@ from reviewer.app.desks import Desks
 from reviewer.app.gateway import build_gateway
 from reviewer.app.shell import Shell
 from reviewer.dataset.importer import ImportSettings, import_split
+from reviewer.editing.clicks import Clicks
+from reviewer.models.click_grabcut import GrabCutClicks
+from reviewer.models.embeddings import EmbeddingCache
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.database import Store
@@ -60,7 +63,8 @@ def server(tmp_path):
         desks = Desks(store)
         shell = Shell(desks)
         access = Access.create("127.0.0.1", port, TOKEN, [])
-        app = build_gateway(store, access, desks, shell.port, on_stop=shell.stop)
+        clicks = Clicks(store, EmbeddingCache(GrabCutClicks(), None))
+        app = build_gateway(store, access, desks, clicks, shell.port, on_stop=shell.stop)
         config = uvicorn.Config(app, log_level="error", ws="websockets-sansio")
         runner = uvicorn.Server(config)
         thread = threading.Thread(target=runner.run, kwargs={"sockets": [listener]})

@@ -116,9 +116,7 @@ def test_a_region_is_put_into_the_mask_with_one_key(server, visit):
     log = server.store.read().execute(
         "SELECT tool_log FROM mask_revisions WHERE pair_id = 1 AND number = 4"
     )
-    assert json.loads(log.fetchone()[0]) == [
-        {"tool": "add-region", "region": 1, "source": "object"}
-    ]
+    assert json.loads(log.fetchone()[0]) == [{"tool": "add-region", "proposal": "1/region/0"}]
 
 
 def test_submit_export_and_compare(server, visit, tmp_path):

@@ -1,0 +1,77 @@
+"""Endpoints of what is proposed: masks from every source, and regions that wait for a verdict."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query
+
+from reviewer.app import messages as m
+from reviewer.app.details import choose_run
+from reviewer.editing.proposals import Source, list_proposals
+from reviewer.errors import NotFound
+from reviewer.pipeline.settings import PipelineSettings
+from reviewer.records import Run
+from reviewer.store.database import Store
+from reviewer.store.pairs import pair_of_id
+from reviewer.store.queue import list_doubtful
+
+
+def build_proposing(store: Store) -> APIRouter:
+    """Return the router of proposals and of the audit queue."""
+    router = APIRouter()
+
+    @router.get("/pairs/{pair_id}/proposals")
+    def get_proposals(
+        pair_id: m.Id, source: Annotated[list[Source], Query()], run: str | None = None
+    ) -> list[m.ProposalInfo]:
+        """The masks that a run proposes for a pair, from one or several sources."""
+        pair = pair_of_id(store, pair_id)
+        found = list_proposals(store, pair, _run(run), source)
+        return [
+            m.ProposalInfo(
+                key=proposal.key,
+                source=proposal.source,
+                run=proposal.run,
+                number=proposal.number,
+                label=proposal.label,
+                score=proposal.score,
+                region_id=proposal.region_id,
+                area=proposal.mask.area,
+                box_xyxy=_xyxy(proposal.mask.box_xywh),
+                counts=proposal.mask.counts,
+                outcome=proposal.outcome,
+            )
+            for proposal in found
+        ]
+
+    @router.get("/audit-queue")
+    def get_audit_queue(
+        run: str | None = None, limit: Annotated[int, Query(ge=1, le=5000)] = 100
+    ) -> list[m.DoubtfulRegionInfo]:
+        """The regions of a run that nobody judged yet, most doubtful first."""
+        chosen = _run(run)
+        high = PipelineSettings.of_record(chosen.settings).high
+        return [
+            m.DoubtfulRegionInfo(
+                region=region.id,
+                pair=region.pair_id,
+                split=region.split,
+                name=region.pair,
+                doi=region.doi,
+            )
+            for region in list_doubtful(store, chosen.id, high, limit)
+        ]
+
+    def _run(name: str | None) -> Run:
+        chosen = choose_run(store, name)
+        if chosen is None:
+            raise NotFound("there is no run yet; run `reviewer run`, or import layers")
+        return chosen
+
+    return router
+
+
+def _xyxy(box: tuple[int, int, int, int]) -> tuple[int, int, int, int]:
+    x, y, width, height = box
+    return x, y, x + width, y + height

@@ -1,0 +1,61 @@
+"""The two images of a pair as people click them: both in the frame of the live image."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from reviewer.dataset.files import read_rgb
+from reviewer.errors import NotFound
+from reviewer.models.interfaces import Image
+from reviewer.pipeline.fields import unpack_flow
+from reviewer.pipeline.stages import warped_reference
+from reviewer.records import Pair, Run
+from reviewer.store import runs
+from reviewer.store.database import Store
+from reviewer.store.overview import pair_overview
+
+Picture = Literal["live", "reference"]
+"""The live image, or the reference warped to it."""
+
+
+def load_pictures(
+    store: Store, pair: Pair, run: Run | None, picture: Picture
+) -> tuple[Image, Image | None]:
+    """Return a picture, uint8 RGB, and the other one; None where no run aligns the reference.
+
+    Raises:
+        NotFound: when a file is gone, or the reference is asked for without a run that aligns it.
+    """
+    aligned = run is not None and pair_overview(store, run.id, pair.id).aligned
+    if picture == "live" and not aligned:
+        return read_rgb(pair.live.path), None
+    warped, _ = warped_reference(store, _aligned_run(pair, run), pair)
+    live = read_rgb(pair.live.path)
+    return (live, warped) if picture == "live" else (warped, live)
+
+
+def live_point(
+    store: Store, pair: Pair, run: Run | None, x: float, y: float
+) -> tuple[float, float]:
+    """Return where a point of the reference image lies in the live image, both in pixels.
+
+    Raises:
+        NotFound: when no run aligns the pair.
+    """
+    alignment = runs.load_alignment(store, _aligned_run(pair, run).id, pair.id)
+    if alignment is None:
+        raise NotFound(f"pair {pair.title}: not aligned yet; run `reviewer run align`")
+    height, width = pair.live.height, pair.live.width
+    flow = unpack_flow(alignment.flow, height, width, alignment.flow_stride)
+    across = flow[..., 0] + np.arange(width, dtype=np.float32)[None, :] + 0.5 - x
+    down = flow[..., 1] + np.arange(height, dtype=np.float32)[:, None] + 0.5 - y
+    row, column = divmod(int(np.argmin(across**2 + down**2)), width)
+    return column + 0.5, row + 0.5
+
+
+def _aligned_run(pair: Pair, run: Run | None) -> Run:
+    if run is None:
+        raise NotFound(f"pair {pair.title}: no run aligns the reference; run `reviewer run align`")
+    return run

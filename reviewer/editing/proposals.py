@@ -1,0 +1,159 @@
+"""Proposals: every mask that somebody or something suggests for a pair, as one list.
+
+Sources are DoI regions, components of M_o, objects found on both images, the prediction of another
+run, and, once a person has drawn, where the person and the prediction disagree. A proposal's key
+stays the same while its run does, so the tool logs of a pair's revisions tell what became of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import cv2
+import numpy as np
+
+from reviewer.masks import Crop, Mask, Rle, components, decode_rle, encode_rle
+from reviewer.pipeline.stages import live_masks, region_pixels
+from reviewer.records import Pair, Run
+from reviewer.store import runs
+from reviewer.store.database import Store
+from reviewer.store.revisions import list_revisions, newest_revision
+
+Source = Literal[
+    "region", "detector", "object_live", "object_reference", "prediction", "missed", "extra"
+]
+LEAST_PX = 4
+SLIVER_PX = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """A mask that is proposed.
+
+    Attributes:
+        key: "run id/source/number".
+        score: what its source says of it, in [0, 1]; None where it says nothing.
+        region_id: the region under DoI that it is.
+        outcome: what a person did with it last, as the tool log names it; None for nothing.
+    """
+
+    key: str
+    source: Source
+    run: str
+    number: int
+    label: str
+    score: float | None
+    region_id: int | None
+    mask: Rle
+    outcome: str | None
+
+
+def list_proposals(store: Store, pair: Pair, run: Run, sources: Iterable[Source]) -> list[Proposal]:
+    """Return the proposals of a run for a pair, source by source, largest score first.
+
+    Sources: "prediction" are the components of the final mask; "missed" is what the prediction has
+    and the ground truth has not, "extra" the other way round, both without slivers at the borders.
+    """
+    outcomes = outcomes_of(store, pair.id)
+    found = []
+    for source in sources:
+        for number, (label, score, region_id, mask) in enumerate(_of(store, pair, run, source)):
+            key = f"{run.id}/{source}/{number}"
+            found.append(
+                Proposal(
+                    key, source, run.name, number, label, score, region_id, mask, outcomes.get(key)
+                )
+            )
+    return found
+
+
+def outcomes_of(store: Store, pair_id: int) -> dict[str, str]:
+    """Return what people did with each proposal of a pair, from its revisions' tool logs."""
+    outcomes: dict[str, list[str]] = {}
+    for revision in list_revisions(store, pair_id):
+        for action in revision.tool_log:
+            key, tool = action.get("proposal"), action.get("tool")
+            if not isinstance(key, str) or not isinstance(tool, str):
+                continue
+            done = outcomes.setdefault(key, [])
+            if tool != "undo":
+                done.append(str(action.get("of", tool)))
+            elif done:
+                done.pop()
+    return {key: done[-1] for key, done in outcomes.items() if done}
+
+
+_Found = tuple[str, float | None, int | None, Rle]
+
+
+def _of(store: Store, pair: Pair, run: Run, source: Source) -> list[_Found]:
+    if source == "region":
+        return _regions(store, pair, run)
+    if source == "detector":
+        detection = runs.load_detection(store, run.id, pair.id)
+        return [] if detection is None else _parts(decode_rle(detection.mask))
+    if source in ("object_live", "object_reference"):
+        side = source.removeprefix("object_")
+        return [
+            (thing.label, thing.score, None, thing.mask)
+            for thing in runs.load_objects(store, run.id, pair.id)
+            if thing.side == side
+        ]
+    predicted = _prediction(store, pair, run)
+    if predicted is None:
+        return []
+    if source == "prediction":
+        return _parts(predicted)
+    newest = newest_revision(store, pair.id)
+    truth = np.zeros_like(predicted) if newest is None else decode_rle(newest.mask)
+    return _parts(only_in(predicted, truth) if source == "missed" else only_in(truth, predicted))
+
+
+def only_in(first: Mask, second: Mask) -> Mask:
+    """Return what only the first mask has: whole components that the second does not touch, and
+    parts that are more than a sliver along a border."""
+    rest = first & ~second
+    kernel = np.ones((SLIVER_PX, SLIVER_PX), np.uint8)
+    result = np.asarray(cv2.morphologyEx(rest.view(np.uint8), cv2.MORPH_OPEN, kernel)).astype(bool)
+    for crop in components(first)[1]:
+        if not (crop.window(second) & crop.pixels).any():
+            crop.window(result)[crop.pixels] = True
+    return result
+
+
+def _regions(store: Store, pair: Pair, run: Run) -> list[_Found]:
+    stored = runs.load_regions(store, run.id, pair.id)
+    detection = runs.load_detection(store, run.id, pair.id)
+    if not stored or detection is None:
+        return []
+    labels, _ = components(decode_rle(detection.mask))
+    objects = live_masks(store, run.id, pair.id)
+    found: list[_Found] = []
+    for region in stored:
+        thing, parts = region_pixels(region.region, objects, labels)
+        mask = encode_rle(parts if thing is None else thing)
+        found.append((region.labels, region.region.doi, region.id, mask))
+    return found
+
+
+def _prediction(store: Store, pair: Pair, run: Run) -> Mask | None:
+    for method in ("audited", "doi"):
+        rle = runs.load_prediction(store, run.id, pair.id, method)
+        if rle is not None:
+            return decode_rle(rle)
+    return None
+
+
+def _parts(mask: Mask) -> list[_Found]:
+    """Return the components of a mask, largest first."""
+    crops = [crop for crop in components(mask)[1] if crop.area >= LEAST_PX]
+    crops.sort(key=lambda crop: -crop.area)
+    return [("", None, None, encode_rle(_whole(crop, mask.shape))) for crop in crops]
+
+
+def _whole(crop: Crop, shape: Sequence[int]) -> Mask:
+    mask = np.zeros(shape, np.bool_)
+    crop.window(mask)[...] = crop.pixels
+    return mask

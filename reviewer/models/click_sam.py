@@ -1,0 +1,208 @@
+"""Click segmenters SAM and SAM 2, with the networks of `transformers`.
+
+Loads a local directory or a hub id. Preprocessing is done here, so neither torchvision nor the
+processors of `transformers` are needed: SAM scales the longest side and pads, SAM 2 squashes to a
+square. The encoder runs in bfloat16 where the processor is made for it; the small decoder always in
+float32. Called by the registry for `--click sam:PATH` and `--click sam2:PATH`.
+
+Sources: Kirillov et al., Segment Anything (ICCV 2023); Ravi et al., SAM 2 (2024).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+import torch
+import torch.nn.functional as F
+from transformers import PreTrainedConfig, Sam2Model, SamModel
+from transformers.utils import logging as progress
+
+from reviewer.errors import InvalidInput
+from reviewer.masks import Mask
+from reviewer.models.interfaces import Candidate, Embedding, Image, Prompt
+
+Kind = Literal["sam", "sam2"]
+CLASSES: dict[Kind, Any] = {"sam": SamModel, "sam2": Sam2Model}
+# The published SAM 2.1 checkpoints call themselves "sam2_video"; they hold the image model too.
+MODEL_TYPES: dict[Kind, set[str]] = {"sam": {"sam"}, "sam2": {"sam2", "sam2_video"}}
+MEAN = torch.tensor([0.485, 0.456, 0.406]).view(1, 3, 1, 1)
+STD = torch.tensor([0.229, 0.224, 0.225]).view(1, 3, 1, 1)
+# How sure a mask given as a prompt is, as logits: as transformers' SAM 2 for videos maps masks.
+PROMPT_LOGIT = 10.0
+
+
+class SamClicks:
+    """SAM or SAM 2 behind the click protocol; not thread-safe: one worker a device calls it."""
+
+    def __init__(self, kind: Kind, model: Any, name: str, device: str | None = None) -> None:
+        """Wrap a loaded model; `name` is where it came from."""
+        self.kind = kind
+        self.device = device or ("cuda" if torch.cuda.is_available() else "cpu")
+        self.model = model.eval().to(self.device)
+        prompts = model.config.prompt_encoder_config
+        self.side = int(prompts.image_size)
+        self.mask_side = 4 * (self.side // int(prompts.patch_size))
+        self._id = f"{kind}-{Path(name).name}-{_fingerprint(model)}"
+
+    @classmethod
+    def load(cls, kind: Kind, name: str) -> SamClicks:
+        """Load a checkpoint from a local directory or by its hub id.
+
+        Raises:
+            InvalidInput: when there is none, it is of another kind, or weights are missing.
+        """
+        hint = "name a directory or a hub id, or use --click grabcut, which needs no weights"
+        folder = Path(name).expanduser()
+        # With more or fewer parts than a hub id it can only be a path: no waiting for the hub.
+        if not folder.is_dir() and (folder.is_absolute() or len(Path(name).parts) != 2):
+            raise InvalidInput(f"--click {kind}:{name}: there is no such directory; {hint}")
+        source = str(folder) if folder.is_dir() else name
+        try:
+            with _quiet():
+                config, _ = PreTrainedConfig.get_config_dict(source)
+                found = config.get("model_type")
+                if found not in MODEL_TYPES[kind]:
+                    raise InvalidInput(
+                        f"--click {kind}:{name}: holds a model of type {found!r}, not {kind}"
+                    )
+                model, report = CLASSES[kind].from_pretrained(
+                    source, dtype=torch.float32, output_loading_info=True
+                )
+        except InvalidInput:
+            raise
+        except Exception as error:  # the libraries below raise a dozen unrelated classes here
+            reason = str(error).strip().partition("\n")[0]
+            raise InvalidInput(
+                f"--click {kind}:{name}: cannot be loaded, {reason}; {hint}"
+            ) from error
+        if report["missing_keys"]:
+            first = sorted(report["missing_keys"])[0]
+            raise InvalidInput(
+                f"--click {kind}:{name}: {len(report['missing_keys'])} weights are missing,"
+                f" the first is {first}"
+            )
+        return cls(kind, model, name)
+
+    @property
+    def model_id(self) -> str:
+        """Kind, name, and a hash of the weights."""
+        return self._id
+
+    @property
+    def keeps_embeddings(self) -> bool:
+        """Encoding takes seconds without a GPU."""
+        return True
+
+    def embed(self, image: Image, other: Image | None) -> Embedding:
+        """Return the encoder's feature maps; the other image is not used."""
+        del other
+        with torch.inference_mode(), self._fast():
+            found = self.model.get_image_embeddings(self._pixels(image).to(self.device))
+        maps = found if self.kind == "sam2" else [found]
+        embedding = {f"map{k}": m.float().contiguous().cpu().numpy() for k, m in enumerate(maps)}
+        return {"size": np.asarray(image.shape[:2], np.float32), **embedding}
+
+    def predict(self, embedding: Embedding, prompt: Prompt) -> list[Candidate]:
+        """Return the masks of the decoder, best first by its predicted IoU."""
+        height, width = (int(v) for v in embedding["size"])
+        count = len(embedding) - 1
+        maps = [torch.from_numpy(embedding[f"map{k}"]).to(self.device) for k in range(count)]
+        with torch.inference_mode():
+            output = self.model(
+                image_embeddings=maps if self.kind == "sam2" else maps[0],
+                multimask_output=len(prompt.clicks) <= 1 and prompt.previous is None,
+                **self._prompts(prompt, height, width),
+            )
+            masks = self._full_size(output.pred_masks[0].float(), height, width)
+            scores = output.iou_scores[0, 0].float().clamp(0, 1).cpu().numpy()
+        order = np.argsort(-scores, kind="stable")
+        return [Candidate(np.ascontiguousarray(masks[k]), float(scores[k])) for k in order]
+
+    def _prompts(self, prompt: Prompt, height: int, width: int) -> dict[str, torch.Tensor]:
+        """Return the prompts in the network's frame (SamProcessor: no half pixel is added)."""
+        rows, columns = self._inner(height, width, self.side)
+        scale = torch.tensor([columns / width, rows / height])
+        given: dict[str, torch.Tensor] = {}
+        if prompt.clicks:
+            points = torch.tensor([[c.x, c.y] for c in prompt.clicks], dtype=torch.float32)
+            labels = torch.tensor([int(c.positive) for c in prompt.clicks], dtype=torch.int64)
+            given["input_points"], given["input_labels"] = (
+                (points * scale)[None, None],
+                labels[None, None],
+            )
+        if prompt.box_xyxy is not None:
+            corners = torch.tensor(prompt.box_xyxy, dtype=torch.float32).view(2, 2)
+            given["input_boxes"] = (corners * scale).view(1, 1, 4)
+        if prompt.previous is not None and prompt.previous.any():
+            given["input_masks"] = self._mask_prompt(prompt.previous)
+        return {name: tensor.to(self.device) for name, tensor in given.items()}
+
+    def _inner(self, height: int, width: int, side: int) -> tuple[int, int]:
+        """Return the size of the picture inside the network's square frame."""
+        if self.kind == "sam2":
+            return side, side
+        scale = side / max(height, width)
+        return int(height * scale + 0.5), int(width * scale + 0.5)
+
+    def _pixels(self, image: Image) -> torch.Tensor:
+        rows, columns = self._inner(image.shape[0], image.shape[1], self.side)
+        pixels = torch.from_numpy(np.ascontiguousarray(image)).permute(2, 0, 1)[None]
+        pixels = F.interpolate(pixels, (rows, columns), mode="bilinear", antialias=True)
+        # SAM pads what is normalised already, with zeros.
+        return F.pad(
+            (pixels.float() / 255 - MEAN) / STD, (0, self.side - columns, 0, self.side - rows)
+        )
+
+    def _mask_prompt(self, mask: Mask) -> torch.Tensor:
+        rows, columns = self._inner(mask.shape[0], mask.shape[1], self.mask_side)
+        small = cv2.resize(mask.astype(np.float32), (columns, rows), interpolation=cv2.INTER_AREA)
+        logits = (2 * torch.from_numpy(np.asarray(small, np.float32)) - 1) * PROMPT_LOGIT
+        return F.pad(logits[None, None], (0, self.mask_side - columns, 0, self.mask_side - rows))
+
+    def _full_size(self, masks: torch.Tensor, height: int, width: int) -> np.ndarray[Any, Any]:
+        if self.kind == "sam":
+            rows, columns = self._inner(height, width, self.side)
+            masks = F.interpolate(masks, (self.side, self.side), mode="bilinear")
+            masks = masks[..., :rows, :columns]
+        masks = F.interpolate(masks, (height, width), mode="bilinear")
+        return np.asarray((masks[0] > 0).cpu().numpy())
+
+    def _fast(self) -> Any:
+        fast = self.device == "cuda" or has_bfloat16()
+        return torch.autocast(self.device, torch.bfloat16, enabled=fast)
+
+
+def has_bfloat16() -> bool:
+    """Say whether this processor multiplies bfloat16 in hardware (AVX512-BF16 or AMX)."""
+    able = torch.cpu.get_capabilities()
+    return bool(able.get("avx512_bf16") or able.get("amx_bf16"))
+
+
+def _fingerprint(model: Any) -> str:
+    digest = hashlib.blake2b(digest_size=6)
+    for name, tensor in sorted(model.state_dict().items()):
+        digest.update(name.encode())
+        digest.update(tensor.contiguous().view(-1).view(torch.uint8).cpu().numpy())
+    return digest.hexdigest()
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep the loader's progress bars and its note on "sam2_video" off the terminal."""
+    log = logging.getLogger("transformers.configuration_utils")
+    level, shown = log.level, progress.is_progress_bar_enabled()
+    log.setLevel(logging.ERROR)
+    progress.disable_progress_bar()  # type: ignore[no-untyped-call]
+    try:
+        yield
+    finally:
+        log.setLevel(level)
+        if shown:
+            progress.enable_progress_bar()  # type: ignore[no-untyped-call]

@@ -1,0 +1,97 @@
+"""Clicks on a pair, with a segmenter that counts."""
+
+import numpy as np
+import pytest
+from fakes import FakeClicks
+
+from reviewer.dataset.files import read_rgb
+from reviewer.editing.clicks import ClickRequest, Clicks, crop_window, keep_best
+from reviewer.editing.pictures import live_point
+from reviewer.errors import NotFound
+from reviewer.models.embeddings import EmbeddingCache
+from reviewer.models.interfaces import Candidate, Click, Prompt
+from reviewer.pipeline.stages import warped_reference
+from reviewer.store import runs
+
+
+@pytest.fixture
+def segmenter():
+    return FakeClicks()
+
+
+@pytest.fixture
+def clicks(db, segmenter):
+    clicks = Clicks(db, EmbeddingCache(segmenter, None))
+    yield clicks
+    clicks.stop()
+
+
+def ask(clicks, pair, run, picture="live", prompt=None, **more):
+    prompt = prompt or Prompt((Click(60, 50),))
+    request = ClickRequest(pair.id, run, picture, prompt, **more)
+    return clicks.find("Ada", request).result(10)
+
+
+def test_a_picture_is_embedded_for_the_first_click_only(clicks, segmenter, db, run, tiny_split):
+    pair = tiny_split[0]
+    for _ in range(3):
+        ask(clicks, pair, run)
+    assert len(segmenter.embedded) == 1 and len(segmenter.prompts) == 3
+    warped, _ = warped_reference(db, run, pair)
+    live = read_rgb(pair.live.path)
+    assert (segmenter.embedded[0][0] == live).all() and (segmenter.embedded[0][1] == warped).all()
+    ask(clicks, pair, run, "reference")
+    assert (segmenter.embedded[1][0] == warped).all() and (segmenter.embedded[1][1] == live).all()
+
+
+def test_without_an_alignment_the_live_image_can_still_be_clicked(clicks, segmenter, tiny_split):
+    ask(clicks, tiny_split[0], None)
+    assert segmenter.embedded[0][1] is None
+    with pytest.raises(NotFound, match="no run aligns"):
+        ask(clicks, tiny_split[0], None, "reference")
+
+
+def test_both_pictures_of_the_next_pairs_are_embedded_ahead(clicks, segmenter, run, tiny_split):
+    clicks.embed_ahead("Ada", [pair.id for pair in tiny_split[:2]], run)
+    for pair in tiny_split[:2]:
+        for picture in ("live", "reference"):
+            while len(segmenter.embedded) < 4:
+                pass
+            ask(clicks, pair, run, picture)
+    assert len(segmenter.embedded) == 4
+
+
+def test_a_crop_is_segmented_by_itself_and_pasted_back(clicks, segmenter, run, tiny_split):
+    answer = ask(clicks, tiny_split[0], run, prompt=Prompt((Click(130, 100),)), crop=True)
+    assert segmenter.embedded[0][0].shape == (96, 96, 3)
+    assert segmenter.prompts[0].clicks[0] == Click(130 - 64, 100 - 24)
+    mask = answer.candidates[0].mask
+    assert mask.shape == (120, 160) and mask[100, 130] and not mask[:90].any()
+
+
+def test_a_crop_holds_everything_the_prompt_names():
+    held = np.zeros((480, 640), bool)
+    held[200:210, 300:400] = True
+    rows, columns = crop_window(Prompt((Click(290, 250),), None, held), held.shape)
+    assert rows.start <= 200 and rows.stop > 250 and columns.start <= 290 and columns.stop >= 400
+    assert rows.stop - rows.start == columns.stop - columns.start
+
+
+def test_the_best_so_far_stays_first_while_it_obeys_the_clicks():
+    held = np.zeros((10, 10), bool)
+    held[2:6, 2:6] = True
+    best, worse = Candidate(held, 0.8), Candidate(~held, 0.3)
+    assert keep_best(best, [worse], [Click(3, 3)]) == [best, worse]
+    assert keep_best(best, [worse], [Click(3, 3), Click(4, 4, False)]) == [worse]
+    assert keep_best(best, [Candidate(held, 0.9)], [Click(3, 3)])[0].score == 0.9
+    assert keep_best(None, [worse], []) == [worse]
+
+
+def test_a_point_of_the_reference_is_found_in_the_live_image(db, run, tiny_split):
+    pair = tiny_split[0]
+    alignment = runs.load_alignment(db, run.id, pair.id)
+    assert alignment is not None
+    x, y = live_point(db, pair, run, 80.5, 60.5)
+    assert abs(x - 80.5) < 3 and abs(y - 60.5) < 3
+    with pytest.raises(NotFound, match="no run aligns"):
+        live_point(db, pair, None, 1, 1)

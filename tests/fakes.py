@@ -1,0 +1,39 @@
+"""Models that stand in for slow ones: passed in, and counting their calls."""
+
+from threading import Event
+
+import numpy as np
+
+from reviewer.models.interfaces import Candidate
+
+
+class FakeClicks:
+    """A click segmenter that answers with discs around the positive clicks."""
+
+    keeps_embeddings = True
+    model_id = "fake"
+
+    def __init__(self, score=0.5):
+        self.score = score
+        self.embedded = []
+        self.prompts = []
+        self.go_on = Event()
+        self.go_on.set()
+
+    def embed(self, image, other):
+        self.embedded.append((image.copy(), None if other is None else other.copy()))
+        return {"size": np.float32(image.shape[:2]), "map": image.astype(np.float32) / 255}
+
+    def predict(self, embedding, prompt):
+        self.go_on.wait(10)
+        self.prompts.append(prompt)
+        height, width = (int(v) for v in embedding["size"])
+        rows, columns = np.mgrid[:height, :width]
+        mask = np.zeros((height, width), bool)
+        for click in prompt.clicks:
+            near = (rows + 0.5 - click.y) ** 2 + (columns + 0.5 - click.x) ** 2 <= 36
+            mask[near] = click.positive
+        if prompt.box_xyxy is not None:
+            x0, y0, x1, y1 = (int(v) for v in prompt.box_xyxy)
+            mask[y0:y1, x0:x1] = True
+        return [Candidate(mask, self.score), Candidate(~mask, self.score / 2)]
