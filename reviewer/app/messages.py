@@ -266,9 +266,10 @@ class EdgePath(Message):
 
 
 class StateChange(Message):
-    """A new review state."""
+    """A new review state, with the seconds of work since the last saved mask."""
 
     state: ReviewState
+    active_seconds: Annotated[float, Field(ge=0, le=86400, allow_inf_nan=False)] = 0.0
 
 
 class StateReply(Message):

@@ -68,14 +68,19 @@ def commit_mask(store: Store, pair_id: int, annotator_id: int, edit: MaskEdit) -
 
 
 def change_state(
-    store: Store, pair_id: int, annotator_id: int, state: ReviewState, seen: int | None
+    store: Store,
+    pair_id: int,
+    annotator_id: int,
+    state: ReviewState,
+    seen: int | None,
+    active_seconds: float = 0.0,
 ) -> None:
     """Set a review state; "confirmed empty" may make a revision, which is counted.
 
     Raises:
         NotFound, InvalidInput, Conflict: as `store.reviews.set_review_state`.
     """
-    set_review_state(store, pair_id, annotator_id, state, seen=seen)
+    set_review_state(store, pair_id, annotator_id, state, seen=seen, active_seconds=active_seconds)
     if state == "confirmed_empty":
         _count(store, pair_id)
 

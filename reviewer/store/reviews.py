@@ -57,9 +57,15 @@ def review_state(store: Store, pair_id: int, annotator: int) -> ReviewState:
 
 
 def set_review_state(
-    store: Store, pair_id: int, annotator: int, state: ReviewState, *, seen: int | None = None
+    store: Store,
+    pair_id: int,
+    annotator: int,
+    state: ReviewState,
+    *,
+    seen: int | None = None,
+    active_seconds: float = 0.0,
 ) -> None:
-    """Set the state of a pair for an annotator.
+    """Set the state of a pair for an annotator, and add seconds of work that changed no mask.
 
     `seen` is the revision the person looked at: a newer one that they have not seen is a conflict.
 
@@ -95,6 +101,12 @@ def set_review_state(
                 "confirmed_empty",
                 annotator_id=annotator,
                 ignore_rle=newest["ignore_rle"] if newest else None,
+            )
+        if active_seconds:
+            db.execute(
+                "INSERT INTO looking_times VALUES (?, ?, ?) ON CONFLICT DO UPDATE SET"
+                " seconds = seconds + excluded.seconds",
+                [pair_id, annotator, active_seconds],
             )
         if state == "todo":
             db.execute(

@@ -42,9 +42,34 @@ export const api = {
   /** @param {number} id @param {number} revision @param {object} change */
   putMask: (id, revision, change) =>
     call(`/api/pairs/${id}/mask`, send("PUT", change, { "If-Match": `"${revision}"` })),
-  /** @param {number} id @param {string} state @param {number | null} revision that was looked at */
-  putState: (id, state, revision) =>
-    call(`/api/pairs/${id}/state`, send("PUT", { state }, revision === null ? {} : { "If-Match": `"${revision}"` })),
+  /** @param {number} id @param {string} state @param {number | null} revision that was looked at
+   * @param {number} seconds of work since the last save */
+  putState: (id, state, revision, seconds) =>
+    call(`/api/pairs/${id}/state`, send("PUT", { state, active_seconds: Math.round(seconds * 10) / 10 },
+      revision === null ? {} : { "If-Match": `"${revision}"` })),
+  me: () => call("/api/me"),
+  /** @param {number} id */
+  revisions: (id) => call(`/api/pairs/${id}/revisions`),
+  /** @param {number} id @param {number} number */
+  revision: (id, number) => call(`/api/pairs/${id}/revisions/${number}`),
+  /** @param {number} id @param {object} prompt @param {AbortSignal} signal */
+  click: (id, prompt, signal) => call(`/api/pairs/${id}/click`, { ...send("POST", prompt), signal }),
+  /** @param {number} id @param {string | null} run @param {{x: number, y: number}} at */
+  livePoint: (id, run, at) => {
+    const query = new URLSearchParams({ x: String(at.x), y: String(at.y), ...(run ? { run } : {}) });
+    return call(`/api/pairs/${id}/live-point?${query}`);
+  },
+  /** @param {{id: number, run: string | null, width: number, height: number}} pair
+   * @param {{x: number, y: number}} from @param {{x: number, y: number}} to */
+  edgePath: (pair, from, to) => {
+    const inside = (/** @type {number} */ v, /** @type {number} */ n) => String(Math.min(Math.max(Math.floor(v), 0), n - 1));
+    const query = new URLSearchParams({ x0: inside(from.x, pair.width), y0: inside(from.y, pair.height),
+      x1: inside(to.x, pair.width), y1: inside(to.y, pair.height) });
+    if (pair.run) query.set("run", pair.run);
+    return call(`/api/pairs/${pair.id}/edge-path?${query}`);
+  },
+  /** @param {string | null} run */
+  auditQueue: (run) => call(`/api/audit-queue?limit=1000${run ? `&run=${encodeURIComponent(run)}` : ""}`),
   /** @param {number} id @param {string | null} run @param {string[]} sources */
   proposals: (id, run, sources) => {
     const query = new URLSearchParams(sources.map((source) => ["source", source]));

@@ -1,8 +1,11 @@
 /**
- * Buttons and keys of the page -> actions, and the list of keys. Knows the key table, no state.
+ * Buttons and keys of the page -> actions, and the sheet that lists the keys and changes them.
  * @typedef {(action: string, down: boolean) => void} Act
+ * @typedef {import("./keys.js").Keymap} Keymap
  */
-import { actionOf, KEYS, keyName, keyOf } from "./keys.js";
+import { KEYS, keyName } from "./keys.js";
+
+const MODIFIERS = ["Shift", "Control", "Alt", "Meta", "AltGraph", "CapsLock"];
 
 /** Make every button with `data-action` do it; one with `data-held` only while it is down.
  * @param {Act} act */
@@ -10,8 +13,6 @@ export function wireButtons(act) {
   for (const element of document.querySelectorAll("button[data-action]")) {
     const control = /** @type {HTMLButtonElement} */ (element);
     const action = /** @type {string} */ (control.dataset.action);
-    const entry = KEYS.find((candidate) => candidate.action === action);
-    if (entry) control.title = `${entry.title} (${keyOf(action)})`;
     if (control.dataset.held) {
       control.onpointerdown = () => act(action, true);
       control.onpointerup = control.onpointerleave = () => act(action, false);
@@ -24,41 +25,86 @@ export function wireButtons(act) {
   }
 }
 
-/** Make keys do what the table says. @param {Act} act @param {() => boolean} dialogOpen */
-export function wireKeys(act, dialogOpen) {
-  for (const type of /** @type {const} */ (["keydown", "keyup"])) {
-    window.addEventListener(type, (event) => {
-      const target = /** @type {HTMLElement} */ (event.target);
-      const action = actionOf(keyName(event));
-      if (type === "keyup") {
-        // Whatever has the focus by now, and whatever else is pressed: a released key is released.
-        for (const entry of KEYS) if (entry.held && entry.key === event.key.toLowerCase()) act(entry.action, false);
-        return;
-      }
-      const entry = KEYS.find((candidate) => candidate.action === action);
-      if (!action || !entry || target.matches?.("input:not([type=range]), textarea, select")) return;
-      if (dialogOpen() && action !== "help") return;
-      // A person who walks the controls by keyboard needs Tab and Enter for them.
-      if (target.matches?.("button, input") && ["Tab", "Shift+Tab", "Enter", " "].includes(entry.key)) return;
-      event.preventDefault();
-      if (event.repeat && !entry.repeats) return;
-      act(action, true);
-    });
+/** Write what each control does and its key where the pointer rests on it. @param {Keymap} keymap */
+export function titleButtons(keymap) {
+  for (const element of document.querySelectorAll("button[data-action]")) {
+    const control = /** @type {HTMLButtonElement} */ (element);
+    const entry = KEYS.find((candidate) => candidate.action === control.dataset.action);
+    if (entry) control.title = `${entry.title} (${keymap.shown(entry.action)})`;
   }
 }
 
-/** List the keys, by group. @param {HTMLElement} root */
-export function fillHelp(root) {
+/** Make keys do what the table says. @param {Keymap} keymap @param {Act} act
+ * @param {() => HTMLDialogElement | null} openDialog */
+export function wireKeys(keymap, act, openDialog) {
+  window.addEventListener("keyup", (event) => {
+    // Whatever has the focus by now, and whatever else is pressed: a released key is released.
+    for (const { held, action } of KEYS) {
+      if (held && keymap.key(action) === event.key.toLowerCase()) act(action, false);
+    }
+  });
+  window.addEventListener("keydown", (event) => {
+    const target = /** @type {HTMLElement} */ (event.target);
+    const key = keyName(event);
+    const inControl = target.matches?.("button, input, select, textarea, [tabindex]");
+    if (inControl && key === "Escape" && !openDialog()) return target.blur();
+    const entry = keymap.entry(key);
+    if (!entry || event.defaultPrevented) return;
+    if (target.matches?.("input:not([type=range]), textarea, select")) return;
+    const dialog = openDialog();
+    if (dialog && !(dialog.id === "help" && entry.action === "help")) return;
+    // A person who walks the controls by keyboard needs these for them.
+    if (inControl && ["Tab", "Shift+Tab", "Enter", " ", "ArrowUp", "ArrowDown"].includes(key)) return;
+    if (target.matches?.("input") && key.startsWith("Arrow")) return;
+    event.preventDefault();
+    if (event.repeat && !entry.repeats) return;
+    act(entry.action, true);
+  });
+}
+
+/** List the keys by group; a click on a key waits for another one. @param {HTMLElement} root
+ * @param {Keymap} keymap @param {() => void} changed */
+export function fillHelp(root, keymap, changed) {
   const groups = [...new Set(KEYS.map((entry) => entry.group))];
-  root.append(...groups.flatMap((group) => {
+  root.replaceChildren(...groups.flatMap((group) => {
     const title = document.createElement("h3");
     title.textContent = group;
-    return [title, ...KEYS.filter((entry) => entry.group === group).map((entry) => {
-      const row = document.createElement("div");
-      const key = document.createElement("kbd");
-      key.textContent = keyOf(entry.action);
-      row.append(entry.title, key);
-      return row;
-    })];
+    return [title, ...KEYS.filter((entry) => entry.group === group).map((entry) => keyRow(entry, keymap, changed))];
   }));
+}
+
+/** @param {import("./keys.js").Key} entry @param {Keymap} keymap @param {() => void} changed */
+function keyRow(entry, keymap, changed) {
+  const row = document.createElement("div");
+  const key = document.createElement("button");
+  key.className = "key";
+  key.dataset.key = entry.action;
+  key.textContent = keymap.shown(entry.action);
+  key.title = "Click, then press the new key";
+  key.onclick = () => {
+    key.textContent = "press a key";
+    key.dataset.waiting = "yes";
+  };
+  key.onblur = () => {
+    delete key.dataset.waiting;
+    key.textContent = keymap.shown(entry.action);
+  };
+  key.onkeydown = (event) => {
+    if (!key.dataset.waiting || MODIFIERS.includes(event.key)) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const name = keyName(event);
+    const holder = event.key === "Escape" ? null : keymap.change(entry.action, name);
+    if (holder) {
+      key.textContent = "taken";
+      key.title = `${name} already does: ${holder.title}. Give that another key first.`;
+      row.dataset.taken = holder.title;
+      return;
+    }
+    delete row.dataset.taken;
+    key.blur();
+    changed();
+  };
+  row.append(entry.title, key);
+  return row;
 }

@@ -1,8 +1,10 @@
 /**
- * One open pair: loads it, edits its mask, saves it, gives verdicts, sets its state.
+ * One open pair: loads it, edits its two layers, saves them, gives verdicts, sets its state.
  * Everything that happens to the state happens here; `main` wires it to the page.
  * @typedef {import("./state.js").State} State
- * @typedef {Brush | Area | Bucket} Tool
+ * @typedef {import("./history.js").Layer} Layer
+ * @typedef {Brush | Area | Bucket | Magnetic} Tool
+ * @typedef {{tool: string, [more: string]: unknown}} Action an entry of the tool log
  */
 import { Activity } from "./activity.js";
 import { api, ApiError } from "./api.js";
@@ -10,31 +12,47 @@ import { History } from "./history.js";
 import { APPLY } from "./proposals.js";
 import { emptyMask } from "./raster.js";
 import { decode, encode } from "./rle.js";
+import { RleCache } from "./rle_cache.js";
 import { Area } from "./tools/area.js";
 import { Brush } from "./tools/brush.js";
 import { Bucket } from "./tools/bucket.js";
+import { Magnetic } from "./tools/magnetic.js";
+import { Pointing } from "./tools/pointing.js";
+
+/** @type {Layer[]} */
+const LAYERS = ["mask", "ignore"];
 
 export class PairDesk {
   /** @param {State} state @param {import("./saver.js").Saver} saver
-   * @param {{mask: (box: import("./raster.js").Box | null) => void, pair: (fresh: boolean) => void,
-   *   notice: (text: string, bad?: boolean) => void, changed: () => void,
-   *   pixels: () => Uint8ClampedArray | null}} on pixels: RGBA of the live picture */
+   * @param {{mask: (layer: Layer, box: import("./raster.js").Box | null) => void,
+   *   pair: (fresh: boolean) => void, candidate: () => void, sketch: () => void, judged: () => void,
+   *   notice: (text: string, bad?: boolean) => void, waiting: (text: string) => void,
+   *   shown: (action: string) => string,
+   *   changed: () => void, pixels: () => Uint8ClampedArray | null}} on pixels: RGBA of the live
+   *   picture */
   constructor(state, saver, on) {
     this.state = state;
     this.saver = saver;
     this.on = on;
-    this.mask = emptyMask(1, 1);
+    /** @type {import("./history.js").Masks} */
+    this.masks = { mask: emptyMask(1, 1), ignore: emptyMask(1, 1) };
+    this.runs = { mask: new RleCache(), ignore: new RleCache() };
     this.history = new History();
     this.activity = new Activity(() => performance.now() / 1000);
+    /** Names this window among the person's others, so that its newer clicks drop its older. */
+    this.client = saver.tab;
     /** @type {Record<string, Tool>} */
     this.tools = {
       brush: new Brush(1),
       eraser: new Brush(0),
       polygon: new Area("polygon"),
       lasso: new Area("lasso"),
+      magnetic: new Magnetic((from, to) => this.edgePath(from, to), () => this.sketch()),
       box: new Area("box"),
       fill: new Bucket(() => on.pixels(), () => state.tolerance),
     };
+    this.pointing = new Pointing({ ask: (body, signal) => this.ask(body, signal),
+      changed: () => this.showCandidate(), notice: on.notice, waiting: on.waiting });
     this.request = 0;
     this.options = { radius: 1, subtract: false, line: false, scale: 1 };
     /** @type {number | null} the pair asked for last */
@@ -44,6 +62,11 @@ export class PairDesk {
     this.active = null;
   }
 
+  /** The layer that tools draw. */
+  get mask() {
+    return this.masks[this.state.target];
+  }
+
   /** Open a pair, or read the open one again; a stale answer is dropped.
    * @param {number} id @param {string | null} run @returns {Promise<boolean>} whether it is open */
   async open(id, run) {
@@ -51,25 +74,31 @@ export class PairDesk {
     this.wanted = id;
     const [pair, reply] = await Promise.all([api.pair(id, run), this.newestMask(id)]);
     if (request !== this.request) return false;
-    this.end();
-    const { state } = this;
-    const same = state.pair?.id === id;
     const unsent = this.saver.unsent(id);
     const fits = unsent?.width === pair.width && unsent?.height === pair.height;
     const shown = unsent && fits ? unsent.counts : reply.mask.counts;
+    const ignored = (fits && this.saver.unsentIgnore(id)) || (reply.ignore ?? "");
+    const same = this.state.pair?.id === id;
     // The person's own undo history holds as long as nobody else's mask came in.
-    const kept = same && (unsent !== null || reply.revision === state.revision);
-    const mask = kept ? this.mask : decode(shown, pair.width, pair.height);
+    const kept = same && (unsent !== null || reply.revision === this.state.revision);
+    const story = kept ? null : await this.saver.journal?.recall(id, shown, ignored);
+    if (request !== this.request) return false;
+    this.finish();
+    const { state } = this;
     state.pair = pair;
     state.run = pair.run;
-    state.region = same ? Math.min(state.region, pair.regions.length - 1) : -1;
     state.revision = unsent ? unsent.revision : reply.revision;
     if (!kept) {
-      this.mask = mask;
-      this.history = new History();
+      this.masks.mask = decode(shown, pair.width, pair.height);
+      this.masks.ignore = ignored ? decode(ignored, pair.width, pair.height) : emptyMask(pair.width, pair.height);
+      this.history = new History(story?.done, story?.undone);
     }
-    if (!same) this.activity.take();
-    this.on.mask(null);
+    if (!same) {
+      this.activity.take();
+      state.proposals = [];
+      state.selected = null;
+    }
+    for (const layer of LAYERS) this.on.mask(layer, null);
     this.on.pair(!same);
     return true;
   }
@@ -96,34 +125,85 @@ export class PairDesk {
     this.on.pair(false);
   }
 
-  /** @param {{x: number, y: number}} at @param {{shift: boolean, alt: boolean}} keys */
-  begin(at, keys) {
-    if (!this.state.pair) return;
-    if (this.state.locked) {
-      this.on.notice(`This pair is ${this.state.pair.state.replace("_", " ")}. Press O to reopen it.`);
-      return;
+  /** Whether the mask may be changed; if not, the person is told. */
+  get editable() {
+    const { pair } = this.state;
+    if (pair && this.state.locked) {
+      this.on.notice(`This pair is ${pair.state.replace("_", " ")}. Press ${this.on.shown("reopen")} to reopen it.`);
     }
+    return pair !== null && !this.state.locked;
+  }
+
+  /** @param {{x: number, y: number}} at in the image of the pane
+   * @param {{shift: boolean, alt: boolean, right: boolean}} keys @param {string} picture */
+  begin(at, keys, picture) {
+    if (!this.editable) return;
+    if (this.state.tool === "click") return this.press(at, keys, picture);
     this.active = this.tools[this.state.tool];
     this.state.drawing = true;
     this.options = { radius: this.state.radius, subtract: keys.alt, line: keys.shift, scale: this.state.view.scale };
     this.paint(this.active.begin(this.mask, at, this.options));
-    if (this.active.name === "polygon" && this.active.done) this.end();
+    if (this.active.multi && this.active.done) this.end();
+  }
+
+  /** @param {{x: number, y: number}} at @param {{shift: boolean, alt: boolean, right: boolean}} keys
+   * @param {string} picture */
+  press(at, keys, picture) {
+    const known = picture === "live" ? "live" : "reference";
+    this.pointing.press(at, keys, known, this.state.view.scale);
+    if (picture !== "raw reference") return;
+    // The reference as it was taken has a frame of its own: its click belongs elsewhere in the live one.
+    this.pointing.pressed = null;
+    const { pair } = this.state;
+    if (!pair) return;
+    api.livePoint(pair.id, pair.run, at).then((there) => {
+      if (this.state.pair?.id !== pair.id) return;
+      this.pointing.press(there, keys, known, this.state.view.scale);
+      return this.pointing.release(this.mask);
+    }).catch((error) => this.on.notice(error.message, true));
   }
 
   /** @param {import("./raster.js").Box | null} box what a tool touched */
   paint(box) {
     this.state.sketch = this.active?.points ?? [];
-    if (box) this.on.mask(box);
+    if (box) this.on.mask(this.state.target, box);
+  }
+
+  sketch() {
+    this.state.sketch = this.active?.points ?? [];
+    this.on.sketch();
   }
 
   /** The pointer was released; a polygon goes on until it is closed. */
   release() {
+    if (this.state.tool === "click") return this.pointing.release(this.mask);
     if (this.active?.done) this.end();
   }
 
   /** @param {{x: number, y: number}} at */
   move(at) {
-    if (this.active) this.paint(this.active.move(this.mask, at, this.options));
+    if (this.pointing.pressed) {
+      this.pointing.drag(at);
+      this.on.sketch();
+    } else if (this.active) {
+      this.paint(this.active.move(this.mask, at, this.options));
+    }
+  }
+
+  /** The pointer moves with no button down. @param {{x: number, y: number}} at @param {string} picture */
+  hover(at, picture) {
+    if (this.active?.multi) this.move(at);
+    else if (this.state.tool === "click" && this.state.pair && !this.state.locked && picture !== "raw reference") {
+      this.pointing.hover(at, picture === "live" ? "live" : "reference", this.mask);
+    }
+  }
+
+  /** Finish what a tool began, whichever it is: what is shown becomes part of the mask. */
+  finish() {
+    if (this.pointing.chosen) this.applyCandidate("add");
+    else this.end();
+    this.pointing.reset();
+    this.showCandidate();
   }
 
   /** Finish what the tool began: one entry of the history, one save. */
@@ -134,64 +214,127 @@ export class PairDesk {
     this.active = null;
     this.state.drawing = false;
     if (!tool || !stroke) return;
-    if (stroke.box) this.on.mask(stroke.box);
-    if (this.history.record(tool.name, stroke.before, this.mask, stroke.box)) {
-      this.save({ tool: tool.name, radius: this.state.radius, samples: stroke.samples });
-    }
+    this.commit(this.state.target, stroke.before, stroke.box,
+      { tool: tool.name, radius: this.state.radius, samples: stroke.samples });
   }
 
   cancel() {
+    this.pointing.reset();
+    this.showCandidate();
     const box = this.active?.cancel(this.mask);
     this.active = null;
     this.state.drawing = false;
     this.state.sketch = [];
-    if (box) this.on.mask(box);
+    if (box) this.on.mask(this.state.target, box);
   }
 
   /** @param {"undo" | "redo"} way */
   step(way) {
     if (this.state.locked || this.active) return;
-    const patch = this.history[way](this.mask);
+    const patch = this.history[way](this.masks);
     if (!patch) return;
-    this.on.mask(patch.box);
-    this.save({ tool: way });
+    this.runs[patch.layer].touch(this.masks[patch.layer], patch.box);
+    this.on.mask(patch.layer, patch.box);
+    const { tool, proposal } = /** @type {Action} */ (patch.action);
+    this.save({ tool: way, of: tool, ...(proposal ? { proposal } : {}) }, patch.layer, null);
+    if (proposal) this.on.judged();
   }
 
-  /** Put other pixels in place of the whole mask, as one action.
-   * @param {Uint8Array} data @param {string} tool @param {object} [from] where the pixels come from */
-  replace(data, tool, from = {}) {
-    const before = this.mask;
-    this.mask = { width: before.width, height: before.height, data };
-    const box = { x0: 0, y0: 0, x1: before.width, y1: before.height };
-    if (!this.history.record(tool, before, this.mask, box)) return;
-    this.on.mask(null);
-    this.save({ tool, ...from });
+  /** Note what an action did to a layer: one entry of the history, one save.
+   * @param {Layer} layer @param {import("./raster.js").Mask} before @param {import("./raster.js").Box | null} box
+   * @param {Action} action @returns {boolean} whether anything changed */
+  commit(layer, before, box, action) {
+    const patch = this.history.record(layer, before, this.masks[layer], box, action);
+    this.on.mask(layer, box);
+    if (!patch) return false;
+    this.runs[layer].touch(this.masks[layer], patch.box);
+    this.save(action, layer, patch);
+    return true;
   }
 
-  /** Put the selected region into the mask: its object where it has one, else the detector's pixels.
-   * @param {string} way a name of `APPLY` */
-  async applyRegion(way) {
-    const { pair, region } = this.state;
-    const chosen = pair?.regions[region];
-    if (!pair || !chosen) return this.on.notice("Select a region first: press Tab.");
-    const found = await api.proposals(pair.id, pair.run, ["region"]);
-    const proposed = found.find((/** @type {any} */ each) => each.region_id === chosen.id);
-    if (this.state.pair?.id !== pair.id || this.state.locked || this.active) return;
-    const proposal = decode(proposed.counts, pair.width, pair.height);
-    this.replace(APPLY[way](this.mask, proposal.data), way, { proposal: proposed.key });
+  /** Put other pixels in place of a whole layer, as one action.
+   * @param {Layer} layer @param {Uint8Array} data @param {Action} action */
+  replace(layer, data, action) {
+    const before = this.masks[layer];
+    this.masks[layer] = { width: before.width, height: before.height, data };
+    return this.commit(layer, before, { x0: 0, y0: 0, x1: before.width, y1: before.height }, action);
   }
 
-  /** @param {object} action */
-  save(action) {
-    const { pair, revision } = this.state;
+  /** Put the candidate, or else the selected proposal, into the mask or the ignore layer.
+   * @param {string} way "add", "subtract", "replace", "reject" or "ill-posed" */
+  apply(way) {
+    if (this.pointing.open) return this.applyCandidate(way);
+    const { pair, proposal } = this.state;
+    if (!pair || !proposal) return this.on.notice("Select a proposal first: press Tab.");
+    if (!this.editable || this.active) return;
+    const action = { tool: way, proposal: proposal.key };
+    const layer = way === "ill-posed" ? "ignore" : "mask";
+    const pixels = decode(proposal.counts, pair.width, pair.height).data;
+    const changed = way !== "reject" && this.replace(layer, APPLY[way](this.masks[layer], pixels), action);
+    // What was judged and changed nothing is still worth remembering.
+    if (!changed) this.save(action, layer, null);
+    proposal.outcome = way;
+    this.on.pair(false);
+  }
+
+  /** @param {string} way */
+  applyCandidate(way) {
+    const { pointing } = this;
+    const { chosen } = pointing;
+    if (!chosen || way === "reject") return this.cancel();
+    const layer = way === "ill-posed" ? "ignore" : way === "add" ? this.state.target : "mask";
+    const before = this.masks[layer];
+    const { part } = pointing;
+    // A corrected part gives way to the candidate.
+    const rest = part && way === "add" ? { ...before, data: before.data.map((v, i) => (part[i] ? 0 : v)) } : before;
+    const action = { tool: "click", ...(way === "add" ? {} : { way }), ...pointing.story };
+    pointing.reset();
+    this.replace(layer, APPLY[way](rest, chosen.mask.data), action);
+    this.showCandidate();
+  }
+
+  /** Tell the state what the click tool shows. */
+  showCandidate() {
+    const { points, box, found, index, chosen, dragged } = this.pointing;
+    this.state.candidate = this.pointing.open || dragged
+      ? { points, box: box ?? dragged, count: found.length, index, score: chosen?.score ?? 0 } : null;
+    this.on.candidate();
+  }
+
+  /** @param {object} body @param {AbortSignal} signal */
+  ask(body, signal) {
+    const { pair } = this.state;
+    if (!pair) return Promise.reject(new Error("no pair is open"));
+    return api.click(pair.id, { client: this.client, run: pair.run, ...body }, signal);
+  }
+
+  /** @param {{x: number, y: number}} from @param {{x: number, y: number}} to */
+  async edgePath(from, to) {
+    const { pair } = this.state;
+    if (!pair) return [to];
+    const { points } = await api.edgePath(pair, from, to);
+    return points.map((/** @type {number[]} */ [x, y]) => ({ x: x + 0.5, y: y + 0.5 }));
+  }
+
+  /** Hand the layers in. @param {Action} action @param {Layer} layer which the action drew
+   * @param {import("./history.js").Patch | null} patch new in the history */
+  save(action, layer, patch) {
+    const { pair, revision, mode } = this.state;
     if (!pair) return;
+    const counts = this.runs.mask.encode(this.masks.mask);
+    const ignored = this.masks.ignore.data.includes(1) ? this.runs.ignore.encode(this.masks.ignore) : "";
+    const { done, undone } = this.history;
+    const head = { done: done.length, total: done.length + undone.length, mask: counts, ignore: ignored };
+    this.saver.journal?.remember(pair.id, head, patch).catch((error) => this.on.notice(String(error), true));
     this.saver.save({
       id: pair.id,
       revision,
       width: pair.width,
       height: pair.height,
-      counts: encode(this.mask),
-      log: [action],
+      counts,
+      // An empty layer is sent as such, so that it clears what was there.
+      ignore: layer === "ignore" ? ignored || encode(emptyMask(pair.width, pair.height)) : null,
+      log: [mode === "correct" ? action : { ...action, mode }],
       seconds: this.activity.take(),
     });
   }
@@ -202,41 +345,39 @@ export class PairDesk {
     if (state.pair?.id !== id) return;
     state.revision = revision;
     if (state.pair.state === "todo") state.pair.state = "in_progress";
-    this.refresh();
+    if (!this.saver.unsent(id)) this.refresh();
   }
 
-  /** @param {string} verdict */
+  /** @param {string} verdict @returns {Promise<boolean>} whether it was given */
   async verdict(verdict) {
-    const { pair, region } = this.state;
-    const chosen = pair?.regions[region];
-    if (!pair || !chosen) {
-      this.on.notice("Select a region first: press Tab.");
-      return;
+    const { region } = this.state;
+    if (!region || (verdict === "adopt" && !region.has_object)) {
+      this.on.notice(region ? "This region has no object that could be adopted." : "Select a DoI region first: press Tab.");
+      return false;
     }
-    if (verdict === "adopt" && !chosen.has_object) {
-      this.on.notice("This region has no object that could be adopted.");
-      return;
-    }
-    const request = this.request;
-    const fresh = await api.audit(chosen.id, verdict);
-    if (request === this.request) this.accept(fresh);
+    const fresh = await api.audit(region.id, verdict);
+    if (fresh.run === this.state.run) this.accept(fresh);
+    return true;
   }
 
   /** @param {string} next @returns {Promise<boolean>} whether the state was set */
   async setState(next) {
-    const { pair, revision } = this.state;
+    const { pair } = this.state;
     if (!pair || this.busy) return false;
     const reopening = next === "in_progress";
-    if (!reopening && this.saver.unsent(pair.id)) {
-      this.on.notice("The last change is not saved yet; try again in a moment.");
-      return false;
-    }
+    if (!reopening) this.finish();
     this.busy = true;
     try {
-      const reply = await api.putState(pair.id, next, reopening ? null : revision);
+      if (!reopening && !(await this.saver.settled(pair.id))) {
+        this.on.notice("The last change is not saved yet; try again in a moment.");
+        return false;
+      }
+      const { revision } = this.state;
+      const reply = await api.putState(pair.id, next, reopening ? null : revision, this.activity.take());
       pair.state = reply.state;
+      if (this.state.pair?.id === pair.id) this.state.pair.state = reply.state;
       if (reopening && this.saver.parked.has(pair.id)) this.saver.resolve(pair.id, reply.revision);
-      if (this.state.pair !== pair) return false;
+      if (this.state.pair?.id !== pair.id) return false;
       if (reply.revision !== this.state.revision) await this.open(pair.id, pair.run);
       else this.on.pair(false);
     } catch (error) {

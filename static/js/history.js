@@ -1,47 +1,88 @@
 /**
- * Undo and redo: two stacks of patches, one entry an action. A patch holds the pixels of its box
- * before and after, so undoing costs the box and not the image.
+ * Undo and redo: two stacks of patches, one entry an action. A patch holds which pixels of its box
+ * flipped, a bit each, so taking it back and doing it again are the same work, and unlimited
+ * entries are cheap to keep.
  * @typedef {import("./raster.js").Mask} Mask
  * @typedef {import("./raster.js").Box} Box
- * @typedef {{tool: string, box: Box, before: Uint8Array, after: Uint8Array}} Patch
+ * @typedef {"mask" | "ignore"} Layer
+ * @typedef {Record<Layer, Mask>} Masks
+ * @typedef {{layer: Layer, box: Box, flips: Uint8Array, action: {tool: string}}} Patch
  */
-import { copyBox, pasteBox } from "./raster.js";
 
 export class History {
-  constructor() {
-    /** @type {Patch[]} */
-    this.done = [];
-    /** @type {Patch[]} */
-    this.undone = [];
+  /** @param {Patch[]} [done] @param {Patch[]} [undone] */
+  constructor(done = [], undone = []) {
+    this.done = done;
+    this.undone = undone;
   }
 
   /** Record what an action changed; an action that changed nothing leaves no entry.
-   * @param {string} tool @param {Mask} before a copy of the mask from before the action
-   * @param {Mask} mask the mask now @param {Box | null} box @returns {boolean} whether it changed */
-  record(tool, before, mask, box) {
-    if (!box) return false;
-    const patch = { tool, box, before: copyBox(before, box), after: copyBox(mask, box) };
-    if (patch.before.every((value, i) => value === patch.after[i])) return false;
+   * @param {Layer} layer @param {Mask} before a copy of the layer from before the action
+   * @param {Mask} mask the layer now @param {Box | null} box where it may have changed
+   * @param {{tool: string}} action @returns {Patch | null} */
+  record(layer, before, mask, box, action) {
+    const changed = box && tight(before, mask, box);
+    if (!changed) return null;
+    const patch = { layer, box: changed, flips: difference(before, mask, changed), action };
     this.done.push(patch);
     this.undone = [];
-    return true;
-  }
-
-  /** @param {Mask} mask @returns {Patch | null} the patch that was taken back */
-  undo(mask) {
-    const patch = this.done.pop();
-    if (!patch) return null;
-    pasteBox(mask, patch.box, patch.before);
-    this.undone.push(patch);
     return patch;
   }
 
-  /** @param {Mask} mask @returns {Patch | null} the patch that was done again */
-  redo(mask) {
-    const patch = this.undone.pop();
-    if (!patch) return null;
-    pasteBox(mask, patch.box, patch.after);
-    this.done.push(patch);
-    return patch;
+  /** @param {Masks} masks @returns {Patch | null} the patch that was taken back */
+  undo(masks) {
+    return move(this.done, this.undone, masks);
   }
+
+  /** @param {Masks} masks @returns {Patch | null} the patch that was done again */
+  redo(masks) {
+    return move(this.undone, this.done, masks);
+  }
+}
+
+/** @param {Patch[]} from @param {Patch[]} to @param {Masks} masks */
+function move(from, to, masks) {
+  const patch = from.pop();
+  if (!patch) return null;
+  flip(masks[patch.layer], patch);
+  to.push(patch);
+  return patch;
+}
+
+/** Flip the pixels of a patch. @param {Mask} mask @param {Patch} patch */
+export function flip(mask, { box, flips }) {
+  let bit = 0;
+  for (let y = box.y0; y < box.y1; y++) {
+    for (let i = y * mask.width + box.x0, end = i + box.x1 - box.x0; i < end; i++, bit++) {
+      if (flips[bit >> 3] & (1 << (bit & 7))) mask.data[i] ^= 1;
+    }
+  }
+}
+
+/** @param {Mask} before @param {Mask} after @param {Box} box @returns {Box | null} */
+function tight(before, after, box) {
+  const found = { x0: box.x1, y0: box.y1, x1: box.x0, y1: box.y0 };
+  for (let y = box.y0; y < box.y1; y++) {
+    const row = y * before.width;
+    for (let x = box.x0; x < box.x1; x++) {
+      if (before.data[row + x] === after.data[row + x]) continue;
+      if (x < found.x0) found.x0 = x;
+      if (x >= found.x1) found.x1 = x + 1;
+      if (y < found.y0) found.y0 = y;
+      found.y1 = y + 1;
+    }
+  }
+  return found.x0 < found.x1 ? found : null;
+}
+
+/** @param {Mask} before @param {Mask} after @param {Box} box */
+function difference(before, after, box) {
+  const flips = new Uint8Array(Math.ceil(((box.x1 - box.x0) * (box.y1 - box.y0)) / 8));
+  let bit = 0;
+  for (let y = box.y0; y < box.y1; y++) {
+    for (let i = y * before.width + box.x0, end = i + box.x1 - box.x0; i < end; i++, bit++) {
+      if (before.data[i] !== after.data[i]) flips[bit >> 3] |= 1 << (bit & 7);
+    }
+  }
+  return flips;
 }

@@ -1,53 +1,77 @@
 /**
- * The key table: one place that says which key does what. `?` shows it.
+ * The key table: one place that says which key does what. `?` shows it, and lets people change it.
  * A key is written as KeyboardEvent.key, with "Ctrl+" and "Shift+" before it where needed;
  * "Ctrl" also stands for Command.
  */
 
 /** `held` acts while the key is down, `repeats` acts again while it stays down.
- * @type {{key: string, action: string, title: string, group: string, held?: boolean, repeats?: boolean}[]} */
+ * @typedef {{key: string, action: string, title: string, group: string, held?: boolean,
+ *   repeats?: boolean}} Key */
+
+/** @type {Key[]} */
 export const KEYS = [
   { key: "b", action: "brush", title: "Brush", group: "Draw" },
   { key: "e", action: "eraser", title: "Eraser", group: "Draw" },
+  { key: "c", action: "click", title: "Click: find the object", group: "Draw" },
   { key: "q", action: "polygon", title: "Polygon", group: "Draw" },
   { key: "l", action: "lasso", title: "Lasso", group: "Draw" },
+  { key: "m", action: "magnetic", title: "Magnetic lasso", group: "Draw" },
   { key: "x", action: "box", title: "Box", group: "Draw" },
   { key: "k", action: "fill", title: "Flood fill", group: "Draw" },
+  { key: "i", action: "target", title: "Draw ill-posed pixels, or change again", group: "Draw" },
   { key: "[", action: "smaller", title: "Smaller brush", group: "Draw", repeats: true },
   { key: "]", action: "larger", title: "Larger brush", group: "Draw", repeats: true },
   { key: "Ctrl+z", action: "undo", title: "Undo", group: "Draw", repeats: true },
   { key: "Ctrl+Shift+z", action: "redo", title: "Redo", group: "Draw", repeats: true },
-  { key: "Escape", action: "cancel", title: "Take back the stroke in the air", group: "Draw" },
+  { key: "Escape", action: "cancel", title: "Take back the stroke in the air, or the candidate", group: "Draw" },
+  { key: "p", action: "take", title: "Replace the mask with the prediction", group: "Draw" },
+  { key: "Shift+ArrowLeft", action: "cursor-left", title: "Cursor left", group: "Cursor", repeats: true },
+  { key: "Shift+ArrowRight", action: "cursor-right", title: "Cursor right", group: "Cursor", repeats: true },
+  { key: "Shift+ArrowUp", action: "cursor-up", title: "Cursor up", group: "Cursor", repeats: true },
+  { key: "Shift+ArrowDown", action: "cursor-down", title: "Cursor down", group: "Cursor", repeats: true },
+  { key: "z", action: "press", title: "Use the tool at the cursor", group: "Cursor" },
+  { key: "Shift+z", action: "press-other", title: "Use it the other way: take away", group: "Cursor" },
   { key: "Shift+h", action: "fill-holes", title: "Fill holes", group: "Clean up" },
   { key: "Shift+d", action: "drop-specks", title: "Drop specks under 20 px", group: "Clean up" },
   { key: "Shift+k", action: "keep-component", title: "Keep only the part under the cursor", group: "Clean up" },
   { key: "Shift+g", action: "grow", title: "Grow by 1 px", group: "Clean up" },
   { key: "Shift+s", action: "shrink", title: "Shrink by 1 px", group: "Clean up" },
   { key: "Shift+m", action: "smooth", title: "Smooth the border", group: "Clean up" },
-  { key: "p", action: "take", title: "Replace the mask with the prediction", group: "Draw" },
   { key: "h", action: "hide", title: "Hide overlays (hold)", group: "Look", held: true },
   { key: " ", action: "blink", title: "Blink live and reference (hold)", group: "Look", held: true },
   { key: "s", action: "swipe", title: "Swipe: reference left of the cursor (hold)", group: "Look", held: true },
   { key: "n", action: "outline", title: "Outline only", group: "Look" },
   { key: "f", action: "fit", title: "Fit the whole image", group: "Look" },
-  { key: "g", action: "goto", title: "Fit the selected region", group: "Look" },
+  { key: "g", action: "goto", title: "Fit the selected proposal", group: "Look" },
   { key: "-", action: "fainter", title: "Fainter overlays", group: "Look", repeats: true },
   { key: "=", action: "stronger", title: "Stronger overlays", group: "Look", repeats: true },
-  { key: "Tab", action: "next-region", title: "Next region", group: "Audit", repeats: true },
-  { key: "Shift+Tab", action: "previous-region", title: "Previous region", group: "Audit", repeats: true },
+  { key: ",", action: "darker", title: "Darker picture", group: "Look", repeats: true },
+  { key: ".", action: "brighter", title: "Brighter picture", group: "Look", repeats: true },
+  { key: "<", action: "flatter", title: "Less contrast", group: "Look", repeats: true },
+  { key: ">", action: "crisper", title: "More contrast", group: "Look", repeats: true },
+  { key: "/", action: "plain", title: "Brightness and contrast as taken", group: "Look" },
+  { key: "Tab", action: "next-proposal", title: "Next proposal, or candidate of a click", group: "Propose", repeats: true },
+  { key: "Shift+Tab", action: "previous-proposal", title: "Previous one", group: "Propose", repeats: true },
+  { key: "v", action: "add", title: "Add to the mask", group: "Propose" },
+  { key: "d", action: "subtract", title: "Take out of the mask", group: "Propose" },
+  { key: "r", action: "replace", title: "Replace what it touches", group: "Propose" },
+  { key: "j", action: "reject-proposal", title: "Reject", group: "Propose" },
+  { key: "u", action: "ill-posed", title: "Mark as ill-posed: not scored", group: "Propose" },
+  { key: "y", action: "source", title: "Proposals of the next source", group: "Propose" },
   { key: "1", action: "agree", title: "Agree with the decision", group: "Audit" },
   { key: "2", action: "adopt", title: "Adopt the object", group: "Audit" },
   { key: "3", action: "keep", title: "Keep the detector's mask", group: "Audit" },
   { key: "4", action: "reject", title: "Reject: nothing changed here", group: "Audit" },
-  { key: "Shift+a", action: "add-region", title: "Add the region to the mask", group: "Audit" },
-  { key: "Shift+x", action: "subtract-region", title: "Take the region out of the mask", group: "Audit" },
-  { key: "Shift+r", action: "replace-region", title: "Replace what the region touches", group: "Audit" },
-  { key: "Enter", action: "submit", title: "Submit, and open the next pair", group: "Pair" },
+  { key: "Enter", action: "submit", title: "Finish the outline or candidate; else submit, and open the next pair", group: "Pair" },
   { key: "a", action: "approve", title: "Approve", group: "Pair" },
   { key: "0", action: "empty", title: "Confirm empty: no change", group: "Pair" },
   { key: "o", action: "reopen", title: "Reopen a finished pair", group: "Pair" },
-  { key: "ArrowRight", action: "next", title: "Next pair", group: "Pair" },
-  { key: "ArrowLeft", action: "previous", title: "Previous pair", group: "Pair" },
+  { key: "ArrowRight", action: "next", title: "Next pair (audit: next region)", group: "Pair" },
+  { key: "ArrowLeft", action: "previous", title: "Previous pair (audit: previous region)", group: "Pair" },
+  { key: "t", action: "side", title: "Proposals or history", group: "Pair" },
+  { key: "w", action: "mode", title: "Next mode: correct, blind first, audit", group: "Pair" },
+  { key: "Shift+l", action: "theme", title: "Dark or light", group: "Look" },
+  { key: "F6", action: "controls", title: "Walk the controls with Tab; Escape leaves them", group: "Pair" },
   { key: "?", action: "help", title: "Show or hide this list", group: "Pair" },
 ];
 
@@ -64,14 +88,37 @@ export function keyName(event) {
   return alt + (control ? "Ctrl+" : "") + (shift ? "Shift+" : "") + key;
 }
 
-/** @param {string} name @returns {string | null} */
-export function actionOf(name) {
-  const entry = KEYS.find((candidate) => candidate.key === name);
-  return entry ? entry.action : null;
-}
+/** Which key does which action, for one person: the table with that person's changes. */
+export class Keymap {
+  /** @param {Record<string, string>} changes keys by action */
+  constructor(changes = {}) {
+    this.changes = changes;
+  }
 
-/** @param {string} action @returns {string} */
-export function keyOf(action) {
-  const entry = KEYS.find((candidate) => candidate.action === action);
-  return entry ? entry.key.replace("ArrowRight", "→").replace("ArrowLeft", "←").replace(/^ $/, "Space") : "";
+  /** @param {string} action @returns {string} "" for an action without a key */
+  key(action) {
+    return this.changes[action] ?? KEYS.find((entry) => entry.action === action)?.key ?? "";
+  }
+
+  /** @param {string} key @returns {Key | null} */
+  entry(key) {
+    return KEYS.find((entry) => this.key(entry.action) === key) ?? null;
+  }
+
+  /** The key as people read it. @param {string} action */
+  shown(action) {
+    return this.key(action).replace("Arrow", "").replace("Right", "→").replace("Left", "←")
+      .replace("Up", "↑").replace("Down", "↓").replace(/^ $/, "Space");
+  }
+
+  /** Give an action another key; a key that another action has stays with that one.
+   * @param {string} action @param {string} key @returns {Key | null} who has the key already */
+  change(action, key) {
+    const holder = this.entry(key);
+    if (holder && holder.action !== action) return holder;
+    const usual = KEYS.find((entry) => entry.action === action)?.key === key;
+    const { [action]: _, ...others } = this.changes;
+    this.changes = usual ? others : { ...others, [action]: key };
+    return null;
+  }
 }

@@ -1,7 +1,9 @@
 /**
  * The layers a pane can show, and their pictures: fetched once, kept decoded, loaded ahead.
- * A layer is a picture, or an overlay on one.
- * @typedef {{title: string, base: string, overlay?: string, dim?: boolean, mask: "fill" | "rim" | "alone"}} Layer
+ * A layer is a picture, or an overlay on one; `machine` ones tell what machines found, and stay
+ * hidden while a person looks for changes unprompted.
+ * @typedef {{title: string, base: string, overlay?: string, dim?: boolean, machine?: boolean,
+ *   mask: "fill" | "rim" | "alone" | "ignore"}} Layer
  */
 
 /** @type {Record<string, Layer>} */
@@ -10,13 +12,20 @@ export const LAYERS = {
   warped: { title: "Reference → live", base: "warped", mask: "rim" },
   live: { title: "Live + mask", base: "live", mask: "fill" },
   difference: { title: "Difference", base: "difference", mask: "rim" },
-  detector: { title: "Detector", base: "live", overlay: "detector", dim: true, mask: "rim" },
-  objects_live: { title: "Objects, live", base: "live", overlay: "objects_live", dim: true, mask: "rim" },
-  objects_reference: { title: "Objects, reference", base: "warped", overlay: "objects_reference", dim: true, mask: "rim" },
-  doi: { title: "DoI", base: "live", overlay: "doi", dim: true, mask: "rim" },
-  prediction: { title: "Prediction", base: "live", overlay: "prediction", dim: true, mask: "rim" },
+  detector: { title: "Detector", base: "live", overlay: "detector", dim: true, machine: true, mask: "rim" },
+  objects_live: { title: "Objects, live", base: "live", overlay: "objects_live", dim: true, machine: true, mask: "rim" },
+  objects_reference: { title: "Objects, reference", base: "warped", overlay: "objects_reference", dim: true, machine: true, mask: "rim" },
+  doi: { title: "DoI", base: "live", overlay: "doi", dim: true, machine: true, mask: "rim" },
+  prediction: { title: "Prediction", base: "live", overlay: "prediction", dim: true, machine: true, mask: "rim" },
   ground_truth: { title: "Mask alone", base: "", mask: "alone" },
+  ignore: { title: "Ill-posed alone", base: "", mask: "ignore" },
 };
+
+/** Which picture a click in a pane of this layer means. @param {Layer} layer */
+export function pictureOf(layer) {
+  if (layer.base === "reference") return "raw reference";
+  return layer.base === "warped" ? "reference" : "live";
+}
 
 const LARGEST_BYTES = 400e6;
 const AGAIN_MS = 5000;

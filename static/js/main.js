@@ -1,60 +1,62 @@
 /**
- * The workbench: puts the parts together and routes keys, buttons and the desk's messages.
+ * The workbench: puts the parts together and passes on what the desk's socket and the person say.
  */
+import { actionsOf, CLEANUPS } from "./actions.js";
 import { api, openDesk } from "./api.js";
-import { dropSpecks, fillHoles, grow, keepComponent, shrink, smooth } from "./cleanup.js";
+import { AuditWalk } from "./audit_walk.js";
+import { $, notice, showFacts, showHeader, showSettings, showStatus, waiting } from "./chrome.js";
+import { fillHelp, titleButtons, wireButtons, wireKeys } from "./controls.js";
 import { PairDesk } from "./desk.js";
-import { fit, fitBox } from "./geometry.js";
-import { showConflict } from "./conflict.js";
-import { fillHelp, wireButtons, wireKeys } from "./controls.js";
-import { KEYS, keyOf } from "./keys.js";
-import { LAYERS, Pictures } from "./layers.js";
+import { fit, fitBox, toScreen } from "./geometry.js";
+import { Journal } from "./journal.js";
+import { KEYS, Keymap } from "./keys.js";
+import { LAYERS, pictureOf, Pictures } from "./layers.js";
 import { MaskView } from "./maskview.js";
+import { showConflict } from "./panels/conflict.js";
 import { COUNTS, Panes } from "./panes.js";
 import { listen } from "./pointer.js";
-import { APPLY } from "./proposals.js";
 import { area } from "./raster.js";
-import { drawRegions, drawScores } from "./regions.js";
 import { Saver } from "./saver.js";
+import { Side } from "./side.js";
 import { State } from "./state.js";
 import { View } from "./view.js";
 
-/** @type {Record<string, string>} */
-const STATES = {
-  todo: "to do",
-  in_progress: "in progress",
-  submitted: "submitted",
-  approved: "approved",
-  confirmed_empty: "confirmed empty",
+// Colours that colour-blind people can tell apart (after Okabe and Ito).
+const masks = {
+  mask: new MaskView([0, 214, 143], { alone: true }),
+  ignore: new MaskView([214, 126, 255], { alone: true, hatched: true }),
+  candidate: new MaskView([86, 180, 233]),
+  proposal: new MaskView([255, 255, 255]),
 };
-const LEAST_SPECK_PX = 20;
-/** @type {Record<string, (mask: import("./raster.js").Mask, at: {x: number, y: number}) => Uint8Array>} */
-const CLEANUPS = {
-  "fill-holes": fillHoles,
-  "drop-specks": (mask) => dropSpecks(mask, LEAST_SPECK_PX),
-  "keep-component": keepComponent,
-  grow,
-  shrink,
-  smooth,
-};
-const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
 const state = new State();
+const keymap = new Keymap();
+const walk = new AuditWalk();
 let person = "";
 
-const maskView = new MaskView();
-const saver = new Saver({ put: api.putMask, storage: localStorage, status: showSave,
+const saver = new Saver({ put: api.putMask, status: showSave,
   saved: (id, revision) => { desk.saved(id, revision); socket.send({ type: "changed" }); } });
 const desk = new PairDesk(state, saver, {
-  mask: (box) => { maskView.paint(desk.mask, box); countSoon(); view.ask(); },
+  mask: (layer, box) => { masks[layer].paint(desk.masks[layer], box); countSoon(); view.ask(); },
   pair: showPair,
+  candidate: showCandidate,
+  sketch: () => view.ask(),
+  judged: () => attempt(side.load(true)),
   notice,
+  waiting,
+  shown: (action) => keymap.shown(action).toUpperCase(),
   changed: () => socket.send({ type: "changed" }),
   pixels: () => pictures.pixels(url("live")),
 });
+const side = new Side(state, desk, masks, { selected: showSelected, attempt, notice,
+  shown: (action) => keymap.shown(action), redraw: () => view.ask() });
 const pictures = new Pictures(() => view.ask());
 const panes = new Panes($("panes"), choosePane, () => { if (state.fitted) fitAll(); view.ask(); });
 const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pair, layer) : "";
-const view = new View(state, panes, maskView, pictures, url);
+const view = new View(state, panes, masks, pictures, url);
+const actions = actionsOf({ state, desk, side, step, pressAt, settings, redraw: () => view.ask(), fitAll,
+  fitProposal: () => showSelected(true), takePrediction, submit, notice, changeMode,
+  theme: () => { state.dark = !state.dark; settings(); socket.send({ type: "theme", dark: state.dark }); },
+  help: () => { $("help").open ? $("help").close() : $("help").showModal(); } });
 const socket = openDesk(new URLSearchParams(location.search).get("client") ?? "", receive);
 
 /** @param {any} message from the server's side of the desk */
@@ -62,7 +64,7 @@ async function receive(message) {
   if (message.type === "ready") {
     const first = !person;
     person = `${message.store}.${message.annotator}`;
-    if (first) start();
+    if (first) await start();
     const linked = Number(new URLSearchParams(location.search).get("pair"));
     // A desk that knows nothing yet follows the frame, after a restart say; else the frame the desk.
     const own = state.pair?.id ?? (linked || state.lastPair(sessionStorage, message.store));
@@ -71,6 +73,7 @@ async function receive(message) {
     else if (wanted !== state.pair?.id) await open(wanted, message.run);
     else socket.send({ type: "showing", pair: wanted });
     await fillRuns();
+    if (state.mode === "audit" && first) await changeMode("audit");
   } else if (message.type === "error") {
     notice(message.detail, true);
   } else if (message.type === "open" && message.pair) {
@@ -82,26 +85,32 @@ async function receive(message) {
   }
 }
 
-function start() {
+async function start() {
   state.restore(localStorage, person);
+  keymap.changes = state.keys;
   panes.build(state.layers);
   $("pane-count").replaceChildren(...COUNTS.map((n) => new Option(String(n), String(n))));
   $("pane-count").value = String(state.layers.length);
-  $("radius").value = String(state.radius);
-  $("opacity").value = String(state.opacity);
-  showSettings();
+  side.offer([]);
+  showKeys();
+  settings();
   socket.send({ type: "theme", dark: state.dark });
   if (window.parent !== window && !sessionStorage.getItem("reviewer.sized")) {
     sessionStorage.setItem("reviewer.sized", "yes");
     socket.send({ type: "window", width: window.parent.innerWidth });
   }
-  if (saver.begin(person)) notice("Work from before that was not saved yet is sent now.");
+  api.me().then(({ clicks }) => { $("segmenter").textContent = `clicks: ${clicks}`; });
+  try {
+    const left = await saver.begin(await Journal.open(person));
+    if (left) notice("Work from before that was not saved yet is sent now.");
+  } catch (error) {
+    notice(`This browser keeps no unsent work, so do not close it while offline: ${error}`, true);
+  }
   window.focus();
 }
 
 /** @param {number} id @param {string | null} run */
 async function open(id, run) {
-  desk.cancel();
   try {
     if (await desk.open(id, run)) socket.send({ type: "showing", pair: id });
   } catch (error) {
@@ -116,65 +125,62 @@ function showPair(fresh) {
   panes.aspect = pair.width / pair.height;
   if (fresh) {
     panes.arrange();
+    side.reset();
     const place = state.place(sessionStorage, pair.id);
     state.fitted = place?.fitted ?? true;
     state.view = place && !place.fitted ? place.view : fit(pair, panes.size());
-    state.region = place?.region ?? -1;
+    state.selected = place?.selected ?? null;
   }
-  $("title").textContent = `${pair.split}/${pair.name}`;
-  $("state").textContent = STATES[pair.state];
-  $("state").dataset.state = pair.state;
-  $("run").value = state.run ?? "";
-  $("region-count").textContent = String(pair.regions.length);
+  showHeader(state);
   for (const { element } of panes.items) element.classList.toggle("locked", state.locked);
-  for (const [action, off] of Object.entries({ submit: state.locked, empty: state.locked,
-    approve: pair.state === "approved", reopen: !state.locked, take: state.locked })) {
-    button(action).disabled = off;
-  }
-  drawScores($("scores"), pair.scores);
-  showRegions();
-  showFacts();
+  showFacts(state);
+  attempt(side.load());
   view.ask();
 }
 
-function showRegions() {
-  drawRegions($("regions"), state.pair?.regions ?? [], state.region, {
-    select: (index) => { state.region = index; goToRegion(); },
-    verdict: (index, verdict) => { state.region = index; attempt(desk.verdict(verdict)); },
-  });
+/** @param {boolean} go show the place of the selected proposal */
+function showSelected(go) {
+  const box = state.proposal?.box_xyxy;
+  if (go && box && box[2] > box[0]) {
+    state.view = fitBox(box, panes.size());
+    state.fitted = false;
+  }
   rememberPlaceSoon();
+  view.ask();
 }
 
-function showFacts() {
-  const { pair } = state;
-  if (!pair) return;
-  const facts = [`${pair.width}×${pair.height}`, `mask ${state.area} px`, `revision ${state.revision}`];
-  if (pair.valid_fraction !== null) facts.push(`warp ${Math.round(pair.valid_fraction * 100)} % valid`);
-  $("facts").textContent = facts.join("   ·   ");
-  const at = state.cursor;
-  const where = at ? `x ${Math.floor(at.x)}  y ${Math.floor(at.y)}  ` : "";
-  $("where").textContent = `${where}${Math.round(state.view.scale * 100)} %`;
+function showCandidate() {
+  const shown = desk.pointing.chosen?.mask ?? (desk.pointing.open ? null : desk.pointing.preview);
+  if (shown) masks.candidate.paint(shown);
+  else if (side.looked === null) masks.candidate.clear();
+  showFacts(state);
+  view.ask();
 }
 
 /** @param {string} status @param {string} [detail] @param {number} [id] the pair it is about */
 function showSave(status, detail = "", id = 0) {
   const waits = [...saver.parked.values()][0];
-  const shown = status === "saved" && waits ? waits : status;
-  $("save").dataset.status = shown;
-  $("save").textContent = detail && status !== "conflict" ? `${shown}: ${detail}` : shown;
+  showStatus(status === "saved" && waits ? waits : status, detail);
   if (status === "conflict") {
     const name = state.pair?.id === id ? `${state.pair.split}/${state.pair.name}` : `Pair ${id}`;
-    attempt(showConflict(id, name, saver, (which) => { if (state.pair?.id === which) open(which, state.run); }));
+    const picture = state.pair?.id === id ? pictures.get(url("live")).bitmap : null;
+    attempt(showConflict(id, name, saver, picture, (which) => { if (state.pair?.id === which) open(which, state.run); }));
   }
-  if (status === "locked") notice(`${detail} Your work is kept and sent when you reopen it (O).`, true);
+  if (status === "locked") notice(`${detail} Your work is kept and sent when you reopen it (${keymap.shown("reopen")}).`, true);
   if (status === "refused") notice(`Not saved, but kept in this browser: ${detail}`, true);
 }
 
 let counting = 0;
-/** Count the mask's pixels, once the stroke pauses. */
+/** Count the layers' pixels, once the stroke pauses. */
 function countSoon() {
   clearTimeout(counting);
-  counting = window.setTimeout(() => { state.area = area(desk.mask); showFacts(); }, 60);
+  counting = window.setTimeout(() => {
+    if (state.drawing) return countSoon();
+    state.area = { mask: area(desk.masks.mask), ignore: area(desk.masks.ignore) };
+    if (!state.area.ignore) masks.ignore.clear();
+    showFacts(state);
+    view.ask();
+  }, 60);
 }
 
 let remembering = 0;
@@ -190,24 +196,28 @@ function fitAll() {
   rememberPlaceSoon();
 }
 
-function showSettings() {
-  document.documentElement.dataset.theme = state.dark ? "dark" : "light";
-  $("radius-value").textContent = String(state.radius);
-  $("tolerance").value = String(state.tolerance);
-  $("tolerance-value").textContent = String(state.tolerance);
-  $("tolerance-field").hidden = state.tool !== "fill";
-  $("radius").parentElement.hidden = !["brush", "eraser"].includes(state.tool);
-  for (const tool of document.querySelectorAll("[data-tool]")) {
-    tool.setAttribute("aria-pressed", String(/** @type {HTMLElement} */ (tool).dataset.tool === state.tool));
-  }
+function settings() {
+  showSettings(state);
   if (person) state.remember(localStorage, person);
   view.ask();
+}
+
+/** Keys were given, or changed. */
+function showKeys() {
+  state.keys = keymap.changes;
+  titleButtons(keymap);
+  fillHelp($("help-keys"), keymap, () => { showKeys(); settings(); });
+  $("cleanup").replaceChildren(new Option("Clean up…", ""), ...Object.keys(CLEANUPS).map((name) => {
+    const entry = KEYS.find((candidate) => candidate.action === name);
+    return new Option(`${entry?.title}  (${keymap.shown(name)})`, name);
+  }));
 }
 
 async function fillRuns() {
   const runs = await api.runs();
   $("run").replaceChildren(...runs.map((/** @type {any} */ run) => new Option(run.name, run.name)));
   $("run").value = state.run ?? "";
+  side.offer(runs);
 }
 
 /** @param {number} id decode the pictures of a pair before it is asked for */
@@ -221,30 +231,13 @@ async function loadAhead(id) {
 /** @param {number} index @param {string} layer */
 function choosePane(index, layer) {
   state.layers[index] = layer;
-  showSettings();
-}
-
-function goToRegion() {
-  const box = state.pair?.regions[state.region]?.box_xyxy;
-  if (box) {
-    state.view = fitBox(box, panes.size());
-    state.fitted = false;
-  }
-  showRegions();
-  view.ask();
-}
-
-/** @param {number} by */
-function walkRegions(by) {
-  const count = state.pair?.regions.length ?? 0;
-  if (!count) return;
-  state.region = (state.region + by + (state.region < 0 && by < 0 ? 1 : 0) + count) % count;
-  goToRegion();
+  settings();
 }
 
 async function takePrediction() {
   const { pair } = state;
-  if (!pair || state.locked) return;
+  if (!pair || !desk.editable) return;
+  if (state.blind) return notice("The prediction is hidden until you have submitted.");
   if (!pair.layers.includes("prediction")) return notice("This run has no prediction for the pair yet.", true);
   const reply = await fetch(url("prediction"), { credentials: "same-origin" });
   if (!reply.ok) throw new Error((await reply.json()).detail);
@@ -253,79 +246,62 @@ async function takePrediction() {
   context?.drawImage(bitmap, 0, 0);
   const pixels = context?.getImageData(0, 0, pair.width, pair.height).data ?? [];
   if (state.pair?.id !== pair.id || state.locked || desk.active) return;
-  desk.replace(Uint8Array.from({ length: pair.width * pair.height }, (_, i) => (pixels[4 * i + 3] ? 1 : 0)), "take prediction");
+  const taken = Uint8Array.from({ length: pair.width * pair.height }, (_, i) => (pixels[4 * i + 3] ? 1 : 0));
+  desk.replace("mask", taken, { tool: "take prediction" });
 }
 
-/** @param {number} radius */
-function setRadius(radius) {
-  state.radius = Math.min(60, Math.max(1, Math.round(radius * 2) / 2));
-  $("radius").value = String(state.radius);
-  showSettings();
+/** Enter: finish what is in the air; else submit. In blind mode the disagreements come first. */
+async function submit() {
+  if (desk.pointing.open || desk.active) return desk.finish();
+  if (state.locked) return state.reviewing ? step(1) : undefined;
+  const { blind } = state;
+  if (!await desk.setState("submitted")) return;
+  if (!blind) return step(1);
+  state.reveal(localStorage, person);
+  await side.load();
+  showPair(false);
+  if (!state.proposals.length) return step(1);
+  notice(`${state.proposals.length} disagreements with the prediction. Look at them; reopen (${keymap.shown("reopen")}) to change the mask.`);
 }
 
-/** @param {number} opacity */
-function setOpacity(opacity) {
-  state.opacity = Math.min(1, Math.max(0, opacity));
-  $("opacity").value = String(state.opacity);
-  showSettings();
+/** @param {string} mode */
+async function changeMode(mode) {
+  state.mode = /** @type {any} */ (mode);
+  settings();
+  $("walk").textContent = "";
+  if (mode === "audit") {
+    state.source = "region";
+    await walk.begin(state.run);
+    settings();
+    if (!walk.stops.length) notice("Every region of this run has a verdict.");
+    else await step(1);
+  }
+  showPair(false);
 }
-
-/** @param {string} tool */
-function chooseTool(tool) {
-  desk.cancel();
-  state.tool = tool;
-  showSettings();
-}
-
-/** @param {string} name */
-function cleanUp(name) {
-  const mask = { ...desk.mask };
-  if (!state.pair || state.locked || desk.active) return;
-  if (name === "keep-component" && !state.cursor) return notice("Point at the part to keep.");
-  desk.replace(CLEANUPS[name](mask, state.cursor ?? { x: 0, y: 0 }), name);
-}
-
-/** @type {Record<string, (down: boolean) => unknown>} */
-const ACTIONS = {
-  ...Object.fromEntries(Object.keys(desk.tools).map((tool) => [tool, () => chooseTool(tool)])),
-  ...Object.fromEntries(Object.keys(CLEANUPS).map((name) => [name, () => cleanUp(name)])),
-  smaller: () => setRadius(state.radius / 1.2 - 0.25),
-  larger: () => setRadius(state.radius * 1.2 + 0.25),
-  undo: () => desk.step("undo"),
-  redo: () => desk.step("redo"),
-  cancel: () => desk.cancel(),
-  take: takePrediction,
-  ...Object.fromEntries(Object.keys(APPLY).map((way) => [way, () => desk.applyRegion(way)])),
-  swipe: (down) => { state.swiping = down; view.ask(); },
-  outline: () => { state.outline = !state.outline; showSettings(); },
-  hide: (down) => { state.hidden = down; view.ask(); },
-  blink: (down) => { state.blinking = down; view.ask(); },
-  fit: () => { fitAll(); view.ask(); },
-  goto: goToRegion,
-  fainter: () => setOpacity(state.opacity - 0.1),
-  stronger: () => setOpacity(state.opacity + 0.1),
-  "next-region": () => walkRegions(1),
-  "previous-region": () => walkRegions(-1),
-  agree: () => desk.verdict("agree"),
-  adopt: () => desk.verdict("adopt"),
-  keep: () => desk.verdict("keep"),
-  reject: () => desk.verdict("reject"),
-  submit: async () => {
-    if (desk.active?.name === "polygon") return desk.end();
-    if (!state.locked && await desk.setState("submitted")) step(1);
-  },
-  approve: () => desk.setState("approved"),
-  empty: () => { if (!state.locked) return desk.setState("confirmed_empty"); },
-  reopen: () => desk.setState("in_progress"),
-  next: () => step(1),
-  previous: () => step(-1),
-  theme: () => { state.dark = !state.dark; showSettings(); socket.send({ type: "theme", dark: state.dark }); },
-  help: () => { $("help").open ? $("help").close() : $("help").showModal(); },
-};
 
 /** @param {1 | -1} by */
-function step(by) {
+async function step(by) {
+  if (state.mode === "audit") return walkOn(by);
   if (!socket.send({ type: "step", by })) notice("The server cannot be reached just now.", true);
+}
+
+/** Go to the next region in doubt, on whichever pair. @param {1 | -1} by */
+async function walkOn(by) {
+  const stop = walk.step(by);
+  if (!stop) return notice(by > 0 ? "This was the last region in doubt." : "This is the most doubtful region.");
+  $("walk").textContent = walk.progress;
+  if (stop.pair !== state.pair?.id) await open(stop.pair, walk.run);
+  await side.load();
+  const proposal = state.proposals.find((each) => each.region_id === stop.region);
+  if (proposal) side.select(proposal.key, true);
+}
+
+/** Use the tool where the cursor is, from the keyboard. @param {boolean} other take away */
+function pressAt(other) {
+  if (!state.cursor) return notice("Move the cursor first: Shift and the arrow keys.");
+  desk.begin(state.cursor, { shift: false, alt: other, right: false }, "live");
+  attempt(desk.release());
+  view.ask();
 }
 
 /** Do an action; what goes wrong is told. @param {unknown} work */
@@ -340,56 +316,59 @@ async function attempt(work) {
 /** Do an action that a key or a button asks for. @param {string} action @param {boolean} [down] */
 function act(action, down = true) {
   desk.activity.note();
-  attempt(ACTIONS[action](down));
+  attempt(actions[action](down));
 }
 
-/** @param {string} action @returns {HTMLButtonElement} */
-function button(action) {
-  return /** @type {HTMLButtonElement} */ (document.querySelector(`button[data-action="${action}"]`));
-}
+/** @param {number} index which pane */
+const pictureIn = (index) => pictureOf(LAYERS[state.layers[index]]);
 
-let noticeTimer = 0;
-/** @param {string} text @param {boolean} [bad] */
-function notice(text, bad = false) {
-  $("notice").textContent = text;
-  $("notice").dataset.kind = bad ? "bad" : "";
-  $("notice").hidden = false;
-  clearTimeout(noticeTimer);
-  noticeTimer = window.setTimeout(() => { $("notice").hidden = true; }, bad ? 8000 : 3500);
+for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "brightness", "contrast"])) {
+  $(name).oninput = () => { state[name] = Number($(name).value); settings(); };
 }
-
-$("radius").oninput = () => setRadius(Number($("radius").value));
-$("tolerance").oninput = () => { state.tolerance = Number($("tolerance").value); showSettings(); };
-$("cleanup").append(...Object.keys(CLEANUPS).map((name) => {
-  const entry = KEYS.find((candidate) => candidate.action === name);
-  return new Option(`${entry?.title}  (${keyOf(name)})`, name);
-}));
-$("cleanup").onchange = () => { const name = $("cleanup").value; $("cleanup").value = ""; $("cleanup").blur(); cleanUp(name); };
-$("opacity").oninput = () => setOpacity(Number($("opacity").value));
+$("cleanup").onchange = () => { const name = $("cleanup").value; $("cleanup").value = ""; $("cleanup").blur(); act(name); };
+$("mode").onchange = () => { $("mode").blur(); attempt(changeMode($("mode").value)); };
+$("source").onchange = () => { state.source = $("source").value; $("source").blur(); settings(); attempt(side.load()); };
+for (const tab of document.querySelectorAll("[data-side]")) {
+  /** @type {HTMLElement} */ (tab).onclick = () => {
+    state.side = /** @type {HTMLElement} */ (tab).dataset.side ?? "proposals";
+    /** @type {HTMLElement} */ (tab).blur();
+    settings();
+    attempt(side.load());
+  };
+}
 $("pane-count").onchange = () => {
   const count = Number($("pane-count").value);
   const more = Object.keys(LAYERS).filter((layer) => !state.layers.includes(layer));
   state.layers = [...state.layers, ...more].slice(0, count);
   panes.build(state.layers);
   fitAll();
-  showSettings();
+  settings();
 };
 $("run").onchange = () => { socket.send({ type: "run", run: $("run").value }); $("run").blur(); };
+$("reset-keys").onclick = () => { keymap.changes = {}; showKeys(); settings(); };
+$("close-help").onclick = () => $("help").close();
 listen($("panes"), state, {
   size: () => panes.size(),
-  begin: (at, keys) => desk.begin(at, keys),
-  hover: (at) => { if (desk.active?.name === "polygon") desk.move(at); },
+  pane: (canvas) => Number(canvas.dataset.pane),
+  begin: (at, keys, pane) => desk.begin(at, keys, pictureIn(pane)),
+  hover: (at, pane) => desk.hover(at, pictureIn(pane)),
+  leave: () => desk.pointing.leave(),
   move: (at) => desk.move(at),
-  end: () => desk.release(),
+  end: () => attempt(desk.release()),
   cancel: () => desk.cancel(),
-  resize: (factor) => setRadius(state.radius * factor),
-  changed: () => { showFacts(); view.ask(); },
+  resize: (factor) => actions[factor > 1 ? "larger" : "smaller"](true),
+  changed: () => { desk.activity.note(); showFacts(state); view.ask(); },
   zoomed: () => { state.fitted = false; rememberPlaceSoon(); },
 });
 window.addEventListener("blur", () => { state.blinking = state.swiping = state.hidden = false; view.ask(); });
 window.addEventListener("online", () => saver.retry());
 window.addEventListener("beforeunload", (event) => { if (!saver.idle) event.preventDefault(); });
+document.addEventListener("pointerdown", (event) => {
+  for (const menu of document.querySelectorAll("details[open]")) {
+    if (!menu.contains(/** @type {Node} */ (event.target))) menu.removeAttribute("open");
+  }
+});
 wireButtons(act);
-wireKeys(act, () => $("conflict").open || $("help").open);
-fillHelp($("help-keys"));
-showSave("saved");
+wireKeys(keymap, act, () => /** @type {HTMLDialogElement | null} */ (document.querySelector("dialog[open]")));
+titleButtons(keymap);
+showStatus("saved", "");

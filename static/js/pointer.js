@@ -1,55 +1,90 @@
 /**
- * Pointer events on the panes -> brush strokes, panning, zooming, the linked cursor.
- * Uses coalesced events, so a fast stroke has all its samples. Ignores the palm while a pen is down.
+ * Pointer events on the panes -> strokes and clicks, panning, zooming, the linked cursor.
+ * Uses coalesced events, so a fast stroke has all its samples. Two fingers pan and zoom. Once a pen
+ * was seen, fingers draw no more: a palm on the screen leaves no trace.
+ * @typedef {{x: number, y: number}} Point
  */
 import { pan, toImage, zoomAt } from "./geometry.js";
 
 /**
  * @param {HTMLElement} root the panes' element
  * @param {import("./state.js").State} state
- * @param {{size: () => {width: number, height: number}, begin: (at: {x: number, y: number}, keys: {shift: boolean, alt: boolean}) => void,
- *   move: (at: {x: number, y: number}) => void, hover: (at: {x: number, y: number}) => void,
+ * @param {{size: () => {width: number, height: number}, pane: (canvas: HTMLElement) => number,
+ *   begin: (at: Point, keys: {shift: boolean, alt: boolean, right: boolean}, pane: number) => void,
+ *   move: (at: Point) => void, hover: (at: Point, pane: number) => void, leave: () => void,
  *   end: () => void, cancel: () => void,
  *   resize: (factor: number) => void, changed: () => void, zoomed: () => void}} on
  */
 export function listen(root, state, on) {
   /** @type {{id: number, kind: "draw" | "pan", type: string, x: number, y: number} | null} */
   let drag = null;
+  /** @type {HTMLElement | null} the canvas that the drag began on */
+  let dragged = null;
+  /** @type {Map<number, Point>} fingers, in the page */
+  const fingers = new Map();
+  let penSeen = false;
 
-  /** @param {PointerEvent | WheelEvent} event */
-  const place = (event) => {
-    const canvas = /** @type {HTMLElement} */ (event.target).closest("canvas") ?? dragged;
-    const box = /** @type {HTMLElement} */ (canvas).getBoundingClientRect();
+  const canvasOf = (/** @type {Event} */ event) =>
+    /** @type {HTMLElement | null} */ (/** @type {HTMLElement} */ (event.target).closest("canvas"));
+  /** @param {{clientX: number, clientY: number}} event @param {HTMLElement} canvas */
+  const place = (event, canvas) => {
+    const box = canvas.getBoundingClientRect();
     return { x: event.clientX - box.left, y: event.clientY - box.top };
   };
-  /** @type {HTMLElement | null} */
-  let dragged = null;
+  /** @param {{clientX: number, clientY: number}} event @param {HTMLElement} canvas */
+  const inImage = (event, canvas) => toImage(state.view, on.size(), place(event, canvas));
 
   // Keys belong to the workbench while the pointer is over it; a prevented click would not focus it.
   root.addEventListener("pointerenter", () => window.focus());
   root.addEventListener("pointerdown", (event) => {
     window.focus();
-    const canvas = /** @type {HTMLElement} */ (event.target).closest("canvas");
+    const canvas = canvasOf(event);
     if (!canvas) return;
+    if (event.pointerType === "pen") penSeen = true;
+    if (event.pointerType === "touch") fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    if (fingers.size === 2) {
+      if (drag?.kind === "draw") on.cancel();
+      drag = null;
+      canvas.setPointerCapture(event.pointerId);
+      return event.preventDefault();
+    }
     if (drag) {
       // A pen takes over from the palm that came first.
       if (!(event.pointerType === "pen" && drag.type === "touch")) return;
-      on.cancel();
+      if (drag.kind === "draw") on.cancel();
     }
     dragged = canvas;
     canvas.setPointerCapture(event.pointerId);
-    const panning = event.button === 1 || event.button === 2;
+    const right = event.button === 2 && state.tool === "click";
+    const palm = event.pointerType === "touch" && penSeen;
+    const panning = palm || event.button === 1 || (event.button === 2 && !right);
     drag = { id: event.pointerId, kind: panning ? "pan" : "draw", type: event.pointerType,
       x: event.clientX, y: event.clientY };
-    const keys = { shift: event.shiftKey, alt: event.altKey };
-    if (!panning) on.begin(toImage(state.view, on.size(), place(event)), keys);
+    const keys = { shift: event.shiftKey, alt: event.altKey, right };
+    if (!panning) on.begin(inImage(event, canvas), keys, on.pane(canvas));
     event.preventDefault();
   });
 
+  /** Two fingers moved: what was between them stays between them.
+   * @param {PointerEvent} event @param {HTMLElement} canvas */
+  const pinch = (event, canvas) => {
+    const before = [...fingers.values()];
+    fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+    const after = [...fingers.values()];
+    const spread = ([a, b] = before) => Math.max(8, Math.hypot(a.x - b.x, a.y - b.y));
+    const middle = ([a, b] = before) => ({ clientX: (a.x + b.x) / 2, clientY: (a.y + b.y) / 2 });
+    const [from, to] = [middle(before), middle(after)];
+    on.zoomed();
+    state.view = pan(state.view, to.clientX - from.clientX, to.clientY - from.clientY);
+    state.view = zoomAt(state.view, on.size(), place(to, canvas), spread(after) / spread(before));
+    on.changed();
+  };
+
   root.addEventListener("pointermove", (event) => {
+    const canvas = canvasOf(event) ?? dragged;
+    if (!canvas) return;
+    if (fingers.size === 2) return void (fingers.has(event.pointerId) && pinch(event, canvas));
     if (drag && drag.id !== event.pointerId) return;
-    const canvas = /** @type {HTMLElement} */ (event.target).closest("canvas");
-    if (!canvas && !drag) return;
     if (drag?.kind === "pan") {
       on.zoomed();
       state.view = pan(state.view, event.clientX - drag.x, event.clientY - drag.y);
@@ -58,17 +93,16 @@ export function listen(root, state, on) {
     } else if (drag) {
       const samples = event.getCoalescedEvents?.() ?? [];
       for (const sample of samples.length ? samples : [event]) {
-        const box = /** @type {HTMLElement} */ (dragged).getBoundingClientRect();
-        const at = { x: sample.clientX - box.left, y: sample.clientY - box.top };
-        on.move(toImage(state.view, on.size(), at));
+        on.move(inImage(sample, /** @type {HTMLElement} */ (dragged)));
       }
     }
-    state.cursor = toImage(state.view, on.size(), place(event));
-    if (!drag) on.hover(state.cursor);
+    state.cursor = inImage(event, drag && dragged ? dragged : canvas);
+    if (!drag) on.hover(state.cursor, on.pane(canvas));
     on.changed();
   });
 
   const stop = (/** @type {PointerEvent} */ event) => {
+    fingers.delete(event.pointerId);
     if (!drag || drag.id !== event.pointerId) return;
     const { kind } = drag;
     drag = null;
@@ -80,10 +114,11 @@ export function listen(root, state, on) {
   root.addEventListener("lostpointercapture", stop);
   root.addEventListener("pointerleave", () => {
     state.cursor = null;
+    on.leave();
     on.changed();
   });
   root.addEventListener("wheel", (event) => {
-    const canvas = /** @type {HTMLElement} */ (event.target).closest("canvas");
+    const canvas = canvasOf(event);
     if (!canvas) return;
     event.preventDefault();
     if (event.ctrlKey) {
@@ -91,7 +126,7 @@ export function listen(root, state, on) {
     } else {
       const factor = Math.exp(-event.deltaY * 0.0015);
       on.zoomed();
-      state.view = zoomAt(state.view, on.size(), place(event), factor);
+      state.view = zoomAt(state.view, on.size(), place(event, canvas), factor);
     }
     on.changed();
   }, { passive: false });

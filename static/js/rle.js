@@ -22,6 +22,11 @@ export function encode(mask) {
     }
   }
   runs.push(length);
+  return write(runs);
+}
+
+/** Write run-lengths as text. @param {number[]} runs zeros first @returns {string} */
+export function write(runs) {
   let text = "";
   for (let k = 0; k < runs.length; k++) {
     let number = k > 2 ? runs[k] - runs[k - 2] : runs[k];

@@ -1,81 +1,113 @@
 /**
- * Autosave: every finished action is sent at once, one request at a time, with the revision it
- * started from. What is not acknowledged stays in localStorage, under the database, the person and
- * the pair, and is sent again: after an outage, and after a reload. A change that the server refuses
- * is parked until somebody decides about it; other pairs go on.
- * @typedef {{id: number, revision: number, width: number, height: number, counts: string,
- *   log: object[], seconds: number}} Unsent
+ * Autosave: every finished action is a change of its own, sent at once and in order, one request at
+ * a time, with the revision it started from. What is not acknowledged stays in the journal and is
+ * sent again: after an outage, and after a reload. A change that the server refuses parks its pair
+ * until somebody decides about it; other pairs go on.
+ * @typedef {{seq: number, tab: string, id: number, revision: number, width: number, height: number,
+ *   counts: string, ignore: string | null, log: object[], seconds: number}} Change
+ *   revision: what it was made from, as far as is known; ignore: null keeps the parent's
  * @typedef {"saved" | "saving" | "offline" | "conflict" | "locked" | "refused"} Status
  */
 import { ApiError } from "./api.js";
 
+const PATIENCE_MS = 1500;
 const WAITS = [1000, 2000, 4000, 8000];
-const LONGEST_LOG = 500;
 /** @type {Record<number, Status>} */
 const REFUSALS = { 409: "conflict", 423: "locked" };
 
 export class Saver {
   /**
    * @param {{put: (id: number, revision: number, change: object) => Promise<{revision: number}>,
-   *   storage: Storage, status: (status: Status, detail: string, id: number) => void,
+   *   status: (status: Status, detail: string, id: number) => void,
    *   saved: (id: number, revision: number) => void}} parts
    */
   constructor(parts) {
     this.parts = parts;
-    this.prefix = "";
-    /** @type {Map<number, Unsent>} */
-    this.waiting = new Map();
+    /** @type {import("./journal.js").Journal | null} */
+    this.journal = null;
+    /** @type {Change[]} not acknowledged, oldest first */
+    this.waiting = [];
     /** @type {Map<number, Status>} pairs that wait for a decision */
     this.parked = new Map();
     /** @type {Map<number, number>} newest acknowledged revision of a pair */
     this.newest = new Map();
-    /** @type {Unsent | null} what the request in flight carries */
-    this.flying = null;
+    this.tab = crypto.getRandomValues(new Uint32Array(2)).join("-");
+    this.flying = false;
     this.failures = 0;
     /** @type {any} runs while the server cannot be reached */
     this.timer = 0;
   }
 
-  /** Say whose work this is, and send what is left from before. @param {string} owner */
-  begin(owner) {
-    this.prefix = `reviewer.unsent.${owner}.`;
-    const { storage } = this.parts;
-    const keys = Array.from({ length: storage.length }, (_, k) => storage.key(k) ?? "");
-    for (const key of keys.filter((name) => name.startsWith(this.prefix))) {
-      const change = JSON.parse(storage.getItem(key) ?? "null");
-      if (change && !this.waiting.has(change.id)) this.waiting.set(change.id, change);
+  /** Take the journal, and send what is left from before.
+   * @param {import("./journal.js").Journal} journal @returns {Promise<number>} what was left */
+  async begin(journal) {
+    this.journal = journal;
+    const left = (await journal.queue()).filter((change) => change.tab !== this.tab);
+    const others = await livingTabs();
+    const mine = left.filter((change) => !others.has(change.tab));
+    this.waiting = [...mine, ...this.waiting];
+    hold(this.tab);
+    for (const change of mine) {
+      this.forget([{ ...change }]);
+      change.tab = this.tab;
     }
-    if (!this.idle) this.parts.status("saving", "", 0);
+    for (const change of this.waiting) this.keep(change);
+    if (mine.length) this.parts.status("saving", "", 0);
     this.pump();
-    return this.waiting.size;
+    return mine.length;
   }
 
-  /** Hand in the mask after an action. @param {Unsent} change */
-  save(change) {
-    this.put(merge(this.waiting.get(change.id), change));
-    if (!this.parked.has(change.id)) this.parts.status("saving", "", change.id);
+  /** Hand in the layers after an action. @param {Omit<Change, "seq" | "tab">} made */
+  save(made) {
+    const seq = Math.max(Date.now(), (this.waiting.at(-1)?.seq ?? 0) + 1);
+    const change = { ...made, seq, tab: this.tab };
+    this.waiting.push(change);
+    this.keep(change);
+    if (!this.parked.has(made.id)) this.parts.status("saving", "", made.id);
     this.pump();
   }
 
-  /** What a pair has that is not acknowledged. @param {number} id @returns {Unsent | null} */
+  /** The newest change of a pair that is not acknowledged. @param {number} id */
   unsent(id) {
-    return this.waiting.get(id) ?? (this.flying?.id === id ? this.flying : null);
+    return this.waiting.findLast((change) => change.id === id) ?? null;
+  }
+
+  /** The revision that a pair's unsent changes started from. @param {number} id */
+  base(id) {
+    return this.waiting.find((change) => change.id === id)?.revision ?? 0;
+  }
+
+  /** Its ignore layer: of the newest unsent change that drew one. @param {number} id */
+  unsentIgnore(id) {
+    return this.waiting.findLast((change) => change.id === id && change.ignore !== null)?.ignore ?? null;
+  }
+
+  /** Wait until the changes of a pair are acknowledged, but not for long.
+   * @param {number} id @returns {Promise<boolean>} whether they are */
+  async settled(id) {
+    const end = performance.now() + PATIENCE_MS;
+    while (this.unsent(id) && !this.parked.has(id) && performance.now() < end) {
+      await new Promise((done) => setTimeout(done, 15));
+    }
+    return !this.unsent(id);
   }
 
   get idle() {
-    return !this.flying && this.waiting.size === 0;
+    return this.waiting.length === 0;
   }
 
-  /** Decide about a parked pair: send again from a revision, or (null) give the change up.
+  /** Decide about a parked pair: send again from a revision, or (null) give its changes up.
    * @param {number} id @param {number | null} revision */
   resolve(id, revision) {
-    const change = this.waiting.get(id);
     this.parked.delete(id);
+    const own = this.waiting.filter((change) => change.id === id);
     if (revision === null) {
-      this.waiting.delete(id);
-      this.parts.storage.removeItem(this.prefix + id);
-    } else if (change) {
-      this.put({ ...change, revision });
+      this.waiting = this.waiting.filter((change) => change.id !== id);
+      this.forget(own);
+    } else if (own.length) {
+      own[0].revision = revision;
+      this.newest.set(id, revision);
+      this.keep(own[0]);
     }
     this.parts.status(this.idle ? "saved" : "saving", "", id);
     this.pump();
@@ -89,27 +121,29 @@ export class Saver {
     this.pump();
   }
 
-  /** @param {Unsent} change */
-  put(change) {
-    this.waiting.set(change.id, change);
-    try {
-      this.parts.storage.setItem(this.prefix + change.id, JSON.stringify(change));
-    } catch {
-      // Storage is full: the change still goes out, it just would not survive a reload.
-      this.parts.status("saving", "browser storage is full", change.id);
-    }
+  /** @param {Change} change */
+  keep(change) {
+    this.journal?.put(change).catch((error) => {
+      // Storage is full, say: the change still goes out, it just would not survive a reload.
+      this.parts.status("saving", `cannot be kept in this browser, ${error}`, change.id);
+    });
+  }
+
+  /** @param {Change[]} changes */
+  forget(changes) {
+    this.journal?.drop(changes).catch((error) => this.parts.status("saving", String(error), 0));
   }
 
   async pump() {
     if (this.flying || this.timer) return;
-    const change = [...this.waiting.values()].find(({ id }) => !this.parked.has(id));
+    const change = this.waiting.find(({ id }) => !this.parked.has(id));
     if (!change) return;
-    this.flying = change;
-    this.waiting.delete(change.id);
+    this.flying = true;
     try {
-      const { id, revision, width, height, counts, log, seconds } = change;
-      const reply = await this.parts.put(id, revision, {
+      const { id, revision, width, height, counts, ignore, log, seconds } = change;
+      const reply = await this.parts.put(id, Math.max(revision, this.newest.get(id) ?? 0), {
         mask: { height, width, counts },
+        ignore,
         active_seconds: Math.round(seconds * 10) / 10,
         tool_log: log,
       });
@@ -120,23 +154,25 @@ export class Saver {
     this.pump();
   }
 
-  /** @param {Unsent} change @param {number} revision */
+  /** @param {Change} change @param {number} revision */
   acknowledge(change, revision) {
-    this.flying = null;
+    this.flying = false;
     this.failures = 0;
     this.newest.set(change.id, revision);
-    const later = this.waiting.get(change.id);
-    if (later) this.put({ ...later, revision });
-    else this.parts.storage.removeItem(this.prefix + change.id);
+    this.waiting = this.waiting.filter((each) => each !== change);
+    const next = this.waiting.find(({ id }) => id === change.id);
+    if (next) {
+      next.revision = revision;
+      this.keep(next);
+    }
+    this.forget([change]);
     this.parts.saved(change.id, revision);
     if (this.idle) this.parts.status("saved", "", change.id);
   }
 
-  /** @param {Unsent} change @param {unknown} error */
+  /** @param {Change} change @param {unknown} error */
   refuse(change, error) {
-    this.flying = null;
-    const later = this.waiting.get(change.id);
-    this.put(later ? { ...merge(change, later), revision: change.revision } : change);
+    this.flying = false;
     const status = error instanceof ApiError ? error.status : 0;
     if (status >= 400 && status < 500 && status !== 401) {
       const parked = REFUSALS[status] ?? "refused";
@@ -149,10 +185,16 @@ export class Saver {
   }
 }
 
-/** The later mask with the actions and the seconds of both.
- * @param {Unsent | undefined} earlier @param {Unsent} later @returns {Unsent} */
-function merge(earlier, later) {
-  if (!earlier) return later;
-  const log = [...earlier.log, ...later.log].slice(-LONGEST_LOG);
-  return { ...later, revision: earlier.revision, log, seconds: earlier.seconds + later.seconds };
+const LOCK = "reviewer.tab.";
+
+/** Say that this tab lives, as long as it does: its changes are its own to send. @param {string} tab */
+function hold(tab) {
+  // Without a secure context (plain HTTP to another host) there are no locks.
+  navigator.locks?.request(LOCK + tab, () => new Promise(() => {}));
+}
+
+/** @returns {Promise<Set<string>>} tabs of this browser that live */
+async function livingTabs() {
+  const held = (await navigator.locks?.query())?.held ?? [];
+  return new Set(held.map((lock) => lock.name?.replace(LOCK, "") ?? ""));
 }

@@ -1,36 +1,62 @@
 /**
  * The workbench's state, and what of it outlives a reload. Docking the panel reloads the frame, so
- * everything a person set must come back: tools and panes from localStorage, place and zoom from
+ * everything a person set must come back: settings from localStorage, place and zoom from
  * sessionStorage.
  * @typedef {import("./geometry.js").View} ViewState
+ * @typedef {{x: number, y: number}} Point
  * @typedef {{id: number, choice: string, number: number, label: string, f_b: number,
  *   iou: number, doi: number, inspect: boolean, reason: string, box_xyxy: number[] | null,
  *   has_object: boolean, verdict: string | null, audited_by: string | null}} Region
+ * @typedef {{key: string, source: string, run: string, number: number, label: string,
+ *   score: number | null, region_id: number | null, area: number, box_xyxy: number[],
+ *   counts: string, outcome: string | null}} Proposal
  * @typedef {{id: number, split: string, name: string, width: number, height: number,
  *   revision: number, state: string, run: string | null, layers: string[], version: string,
  *   regions: Region[], scores: Record<string, {precision: number, recall: number, f_score: number}>,
  *   valid_fraction: number | null, alignment_residual: number | null}} Pair
+ * @typedef {{points: {x: number, y: number, positive: boolean}[], box: number[] | null,
+ *   count: number, index: number, score: number}} Candidate what a click tool shows
  */
 
 const DEFAULTS = {
   tool: "brush",
+  target: /** @type {"mask" | "ignore"} */ ("mask"),
+  mode: /** @type {"correct" | "blind" | "audit"} */ ("correct"),
+  source: "region",
   radius: 6,
   tolerance: 18,
   opacity: 0.45,
+  brightness: 1,
+  contrast: 1,
   outline: false,
   dark: true,
+  side: "proposals",
+  keys: /** @type {Record<string, string>} */ ({}),
   layers: ["warped", "live", "detector", "objects_live", "doi", "prediction"],
 };
 const KEPT = /** @type {(keyof typeof DEFAULTS)[]} */ (Object.keys(DEFAULTS));
+const FINISHED = ["submitted", "approved", "confirmed_empty"];
+const MOST_REVEALED = 5000;
 
 export class State {
   constructor() {
     this.tool = DEFAULTS.tool;
+    /** Which layer the tools draw: the change mask, or the ill-posed pixels that are not scored. */
+    this.target = DEFAULTS.target;
+    this.mode = DEFAULTS.mode;
+    /** Which proposals the list shows. */
+    this.source = DEFAULTS.source;
     this.radius = DEFAULTS.radius;
     this.tolerance = DEFAULTS.tolerance;
     this.opacity = DEFAULTS.opacity;
+    this.brightness = DEFAULTS.brightness;
+    this.contrast = DEFAULTS.contrast;
     this.outline = DEFAULTS.outline;
     this.dark = DEFAULTS.dark;
+    /** The open tab of the side. */
+    this.side = DEFAULTS.side;
+    /** Keys that the person changed, by action. */
+    this.keys = { ...DEFAULTS.keys };
     this.layers = [...DEFAULTS.layers];
     /** @type {Pair | null} */
     this.pair = null;
@@ -39,30 +65,66 @@ export class State {
     /** @type {string | null} */
     this.run = null;
     this.revision = 0;
-    this.region = -1;
-    /** @type {{x: number, y: number} | null} */
+    /** @type {Proposal[]} */
+    this.proposals = [];
+    /** @type {string | null} key of the selected proposal */
+    this.selected = null;
+    /** @type {Point | null} */
     this.cursor = null;
-    /** Pixels of the mask, counted when it changes. */
-    this.area = 0;
+    /** Pixels of the mask and of the ignore layer, counted when they change. */
+    this.area = { mask: 0, ignore: 0 };
     /** Whether the view shows the whole image because nobody zoomed; a resize fits it again. */
     this.fitted = true;
-    /** @type {{x: number, y: number}[]} outline that a tool draws, in the image */
+    /** @type {Point[]} outline that a tool draws, in the image */
     this.sketch = [];
+    /** @type {Candidate | null} */
+    this.candidate = null;
     /** A stroke is under way. */
     this.drawing = false;
     this.blinking = false;
     this.swiping = false;
     this.hidden = false;
+    /** Pairs whose blind phase is over for this person, newest last. @type {number[]} */
+    this.revealed = [];
   }
 
   get locked() {
-    return ["submitted", "approved", "confirmed_empty"].includes(this.pair?.state ?? "");
+    return FINISHED.includes(this.pair?.state ?? "");
+  }
+
+  /** Whether the person must not see yet what machines propose. */
+  get blind() {
+    return this.mode === "blind" && !this.locked && !this.revealed.includes(this.pair?.id ?? 0);
+  }
+
+  /** Whether the person, having submitted blind, looks at where the machines disagree. */
+  get reviewing() {
+    return this.mode === "blind" && !this.blind;
+  }
+
+  /** @returns {Proposal | null} */
+  get proposal() {
+    return this.proposals.find((proposal) => proposal.key === this.selected) ?? null;
+  }
+
+  /** The region under DoI that is selected. @returns {Region | null} */
+  get region() {
+    const id = this.proposal?.region_id;
+    return this.pair?.regions.find((region) => region.id === id) ?? null;
+  }
+
+  /** The blind phase of the open pair is over. @param {Storage} storage @param {string} person */
+  reveal(storage, person) {
+    if (!this.pair || this.revealed.includes(this.pair.id)) return;
+    this.revealed = [...this.revealed, this.pair.id].slice(-MOST_REVEALED);
+    storage.setItem(`reviewer.revealed.${person}`, JSON.stringify(this.revealed));
   }
 
   /** @param {Storage} storage @param {string} person */
   restore(storage, person) {
     const text = storage.getItem(`reviewer.settings.${person}`);
     if (text) Object.assign(this, JSON.parse(text));
+    this.revealed = JSON.parse(storage.getItem(`reviewer.revealed.${person}`) ?? "[]");
   }
 
   /** @param {Storage} storage @param {string} person */
@@ -75,8 +137,8 @@ export class State {
   rememberPlace(session, owner) {
     if (!this.pair) return;
     session.setItem("reviewer.owner", owner);
-    const place = { pair: this.pair.id, view: this.view, region: this.region, fitted: this.fitted };
-    session.setItem("reviewer.place", JSON.stringify(place));
+    const { view, selected, fitted } = this;
+    session.setItem("reviewer.place", JSON.stringify({ pair: this.pair.id, view, selected, fitted }));
   }
 
   /** Return the pair that was open here in this database, 0 for none.

@@ -2,6 +2,7 @@
  * Draw the state on the panes: one requestAnimationFrame loop, which sleeps while nothing changes.
  * Reads the state and writes nothing of it.
  * @typedef {import("./state.js").State} State
+ * @typedef {import("./maskview.js").MaskView} MaskView
  */
 import { toScreen } from "./geometry.js";
 import { LAYERS } from "./layers.js";
@@ -10,12 +11,13 @@ const BLINK_MS = 320;
 
 export class View {
   /** @param {State} state @param {import("./panes.js").Panes} panes
-   * @param {import("./maskview.js").MaskView} mask @param {import("./layers.js").Pictures} pictures
+   * @param {Record<"mask" | "ignore" | "candidate" | "proposal", MaskView>} masks what lies over the pictures
+   * @param {import("./layers.js").Pictures} pictures
    * @param {(layer: string) => string} url address of a layer of the open pair */
-  constructor(state, panes, mask, pictures, url) {
+  constructor(state, panes, masks, pictures, url) {
     this.state = state;
     this.panes = panes;
-    this.mask = mask;
+    this.masks = masks;
     this.pictures = pictures;
     this.url = url;
     this.asked = false;
@@ -59,7 +61,7 @@ export class View {
     context.setTransform(...place);
     context.imageSmoothingEnabled = scale < 2.5;
     if (state.swiping && layer.base === "live") this.drawSwipe(context, scale);
-    this.drawMask(context, layer.mask);
+    this.drawMasks(context, layer.mask);
     this.drawMarks(context, scale);
     if (item.note.textContent !== ground.note) item.note.textContent = ground.note;
   }
@@ -72,12 +74,14 @@ export class View {
     const { state } = this;
     const { layers, width, height } = /** @type {import("./state.js").Pair} */ (state.pair);
     const available = [layer.base, layer.overlay].every((l) => !l || layers.includes(l));
+    const unseen = Boolean(layer.machine) && state.blind;
     const swap = reference && layer.base === "live" && layers.includes("warped");
-    const wanted = [swap ? "warped" : layer.base, state.hidden ? "" : layer.overlay ?? ""];
+    const wanted = [swap ? "warped" : layer.base, state.hidden || unseen ? "" : layer.overlay ?? ""];
     const [base, overlay] = wanted.map((l) => (l && available ? this.pictures.get(this.url(l)) : null));
-    const key = [place, item.canvas.width, item.canvas.height, state.opacity, state.dark, layer.dim,
-      wanted.map(this.url), Boolean(base?.bitmap), Boolean(overlay?.bitmap)].join();
-    const note = available ? base?.error || overlay?.error || "" : `${layer.title}: not in this run yet`;
+    const key = [place, item.canvas.width, item.canvas.height, state.opacity, state.brightness, state.contrast,
+      state.dark, layer.dim, wanted.map(this.url), Boolean(base?.bitmap), Boolean(overlay?.bitmap)].join();
+    const note = unseen ? "Hidden until you have submitted"
+      : available ? base?.error || overlay?.error || "" : `${layer.title}: not in this run yet`;
     if (item.ground.key === key) return { canvas: item.ground.canvas, note };
     const { canvas } = item.ground;
     canvas.width = item.canvas.width;
@@ -87,7 +91,10 @@ export class View {
     context.fillRect(0, 0, canvas.width, canvas.height);
     context.setTransform(...place);
     context.imageSmoothingEnabled = state.view.scale < 2.5;
+    const plain = state.brightness === 1 && state.contrast === 1;
+    context.filter = plain ? "none" : `brightness(${state.brightness}) contrast(${state.contrast})`;
     if (base?.bitmap) context.drawImage(base.bitmap, 0, 0, width, height);
+    context.filter = "none";
     if (overlay?.bitmap) {
       if (layer.dim) {
         context.fillStyle = "rgba(0, 0, 0, 0.35)";
@@ -102,24 +109,31 @@ export class View {
   }
 
   /** @param {CanvasRenderingContext2D} context @param {string} kind */
-  drawMask(context, kind) {
-    const { state } = this;
-    if (kind === "alone") {
-      context.drawImage(this.mask.alone, 0, 0);
-      return;
-    }
+  drawMasks(context, kind) {
+    const { state, masks } = this;
+    const alone = kind === "alone" ? masks.mask.alone : kind === "ignore" ? masks.ignore.alone : null;
+    if (alone) return void context.drawImage(alone, 0, 0);
     if (state.hidden) return;
+    if (masks.ignore.filled) this.drawMask(context, masks.ignore, kind === "fill");
+    this.drawMask(context, masks.mask, kind === "fill" && !state.outline);
+    if (masks.proposal.filled) this.drawMask(context, masks.proposal, false);
+    if (masks.candidate.filled) this.drawMask(context, masks.candidate, Boolean(state.candidate));
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {MaskView} mask @param {boolean} filled */
+  drawMask(context, mask, filled) {
+    const { state } = this;
     context.imageSmoothingQuality = "low";
-    if (kind === "fill" && !state.outline) {
+    if (filled) {
       context.globalAlpha = state.opacity;
-      context.drawImage(this.mask.fill, 0, 0);
+      context.drawImage(mask.fill, 0, 0);
     }
-    context.globalAlpha = kind === "fill" ? 1 : 0.85;
+    context.globalAlpha = filled ? 1 : 0.85;
     // A line of one pixel breaks up or fades when it is scaled down: smoothed well and drawn again it
     // stays whole. Too slow for a stroke under way.
     context.imageSmoothingQuality = state.drawing ? "low" : "high";
     const times = state.drawing ? 1 : Math.min(3, Math.ceil(1 / state.view.scale));
-    for (let k = 0; k < times; k++) context.drawImage(this.mask.rim, 0, 0);
+    for (let k = 0; k < times; k++) context.drawImage(mask.rim, 0, 0);
     context.globalAlpha = 1;
   }
 
@@ -139,31 +153,70 @@ export class View {
     this.strokeTwice(context, scale);
   }
 
-  /** The selected region's box, and the brush where the cursor is, on every pane.
+  /** The selected proposal's box, clicks, outlines, and the brush where the cursor is, on every pane.
    * @param {CanvasRenderingContext2D} context @param {number} scale */
   drawMarks(context, scale) {
     const { state } = this;
-    const box = state.pair?.regions[state.region]?.box_xyxy;
-    if (box && !state.hidden) {
+    const box = state.blind ? null : state.proposal?.box_xyxy;
+    if (box && box[2] > box[0] && !state.hidden) {
       context.lineWidth = 1.5 / scale;
       context.strokeStyle = "#2bb3bf";
       const margin = 3 / scale;
       context.strokeRect(box[0] - margin, box[1] - margin,
         box[2] - box[0] + 2 * margin, box[3] - box[1] + 2 * margin);
     }
+    if (state.candidate) this.drawClicks(context, state.candidate, scale);
     if (state.sketch.length > 1) {
       context.beginPath();
       for (const { x, y } of state.sketch) context.lineTo(x, y);
-      if (state.tool !== "polygon") context.closePath();
+      if (!["polygon", "magnetic"].includes(state.tool)) context.closePath();
       this.strokeTwice(context, scale);
       context.beginPath();
       const [first] = state.sketch;
       context.arc(first.x, first.y, 4 / scale, 0, 2 * Math.PI);
       this.strokeTwice(context, scale);
     }
-    if (!state.cursor || !["brush", "eraser"].includes(state.tool)) return;
+    if (!state.cursor) return;
+    if (!["brush", "eraser"].includes(state.tool)) return this.drawCross(context, state.cursor, scale);
     context.beginPath();
     context.arc(state.cursor.x, state.cursor.y, Math.max(state.radius, 0.5), 0, 2 * Math.PI);
+    this.strokeTwice(context, scale);
+  }
+
+  /** A plus for a positive click, a minus for a negative one, and the box.
+   * @param {CanvasRenderingContext2D} context @param {import("./state.js").Candidate} candidate
+   * @param {number} scale */
+  drawClicks(context, { points, box }, scale) {
+    if (box) {
+      context.beginPath();
+      context.rect(box[0], box[1], box[2] - box[0], box[3] - box[1]);
+      this.strokeTwice(context, scale);
+    }
+    const arm = 5 / scale;
+    for (const { x, y, positive } of points) {
+      context.beginPath();
+      context.arc(x, y, 1.7 * arm, 0, 2 * Math.PI);
+      context.fillStyle = positive ? "rgba(0, 90, 160, .75)" : "rgba(170, 60, 0, .8)";
+      context.fill();
+      context.beginPath();
+      context.moveTo(x - arm, y);
+      context.lineTo(x + arm, y);
+      if (positive) {
+        context.moveTo(x, y - arm);
+        context.lineTo(x, y + arm);
+      }
+      this.strokeTwice(context, scale);
+    }
+  }
+
+  /** The linked cursor: a small open cross.
+   * @param {CanvasRenderingContext2D} context @param {{x: number, y: number}} at @param {number} scale */
+  drawCross(context, { x, y }, scale) {
+    context.beginPath();
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      context.moveTo(x + (3 * dx) / scale, y + (3 * dy) / scale);
+      context.lineTo(x + (9 * dx) / scale, y + (9 * dy) / scale);
+    }
     this.strokeTwice(context, scale);
   }
 

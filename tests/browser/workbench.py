@@ -23,20 +23,29 @@ def wait_saved(frame, revision):
     expect(frame.locator("#save")).to_have_attribute("data-status", "saved")
 
 
-def on_live(frame, page, points):
-    """Drag over the live pane (the second), through image points."""
-    canvas = frame.locator(".pane canvas").nth(1)
-    box = canvas.bounding_box()
+def live_place(frame, point, pane=1):
+    """Where an image point lies on the page, in the live pane (the second) while all is fitted."""
+    box = frame.locator(".pane canvas").nth(pane).bounding_box()
     scale = min(box["width"] / 160, box["height"] / 120)
-    places = [
-        (
-            box["x"] + box["width"] / 2 + (x - 80) * scale,
-            box["y"] + box["height"] / 2 + (y - 60) * scale,
-        )
-        for x, y in points
-    ]
+    x, y = point
+    return (
+        box["x"] + box["width"] / 2 + (x - 80) * scale,
+        box["y"] + box["height"] / 2 + (y - 60) * scale,
+    )
+
+
+def on_live(frame, page, points, pane=1):
+    """Drag over the live pane, or another, through image points."""
+    places = [live_place(frame, point, pane) for point in points]
     page.mouse.move(*places[0])
     page.mouse.down()
     for place in places[1:]:
         page.mouse.move(*place, steps=6)
     page.mouse.up()
+
+
+def reload(frame):
+    """Load the frame again, and wait until it shows its pair."""
+    frame.evaluate("document.body.dataset.old = 'yes'; location.reload()")
+    frame.wait_for_selector("body:not([data-old])")
+    expect(frame.locator("#title")).not_to_have_text("…")

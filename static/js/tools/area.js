@@ -14,6 +14,8 @@ export class Area {
   /** @param {"lasso" | "box" | "polygon"} name */
   constructor(name) {
     this.name = name;
+    /** Whether it goes on between presses. */
+    this.multi = name === "polygon";
     /** @type {Point[]} */
     this.points = [];
     this.subtract = false;

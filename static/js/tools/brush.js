@@ -20,6 +20,7 @@ export class Brush {
     /** @type {Point[]} */
     this.points = [];
     this.done = true;
+    this.multi = false;
   }
 
   /** @param {Mask} mask @param {Point} at @param {import("./area.js").Options} options
@@ -58,4 +59,9 @@ export class Brush {
     pasteBox(mask, stroke.box, copyBox(stroke.before, stroke.box));
     return stroke.box;
   }
+}
+
+/** Whether a tool has a size. @param {string} tool */
+export function keepsRadius(tool) {
+  return tool === "brush" || tool === "eraser";
 }

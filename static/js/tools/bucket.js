@@ -13,6 +13,7 @@ export class Bucket {
     this.tolerance = tolerance;
     this.points = [];
     this.done = true;
+    this.multi = false;
     /** @type {{before: Mask, box: Box | null, samples: number} | null} */
     this.stroke = null;
   }

@@ -1,0 +1,98 @@
+/**
+ * The page around the panes: what its fields, chips and lines say. Draws from the state, decides
+ * nothing.
+ * @typedef {import("./state.js").State} State
+ */
+import { keepsRadius } from "./tools/brush.js";
+
+/** @type {Record<string, string>} */
+const STATES = {
+  todo: "to do",
+  in_progress: "in progress",
+  submitted: "submitted",
+  approved: "approved",
+  confirmed_empty: "confirmed empty",
+};
+export const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
+
+/** @param {State} state */
+export function showSettings(state) {
+  document.documentElement.dataset.theme = state.dark ? "dark" : "light";
+  for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "brightness", "contrast", "mode", "source"])) {
+    $(name).value = String(state[name]);
+  }
+  $("radius-value").textContent = String(state.radius);
+  $("tolerance-value").textContent = String(state.tolerance);
+  $("tolerance-field").hidden = state.tool !== "fill";
+  $("radius-field").hidden = !keepsRadius(state.tool);
+  press("[data-tool]", (element) => element.dataset.tool === state.tool);
+  press("#target", () => state.target === "ignore");
+  press('[data-action="outline"]', () => state.outline);
+  document.body.dataset.target = state.target;
+  document.body.dataset.tool = state.tool;
+  for (const tab of document.querySelectorAll("[data-side]")) {
+    const { side } = /** @type {HTMLElement} */ (tab).dataset;
+    tab.setAttribute("aria-selected", String(side === state.side));
+    $(side ?? "").hidden = side !== state.side;
+  }
+}
+
+/** @param {string} selector @param {(element: HTMLElement) => boolean} pressed */
+function press(selector, pressed) {
+  for (const element of document.querySelectorAll(selector)) {
+    element.setAttribute("aria-pressed", String(pressed(/** @type {HTMLElement} */ (element))));
+  }
+}
+
+/** @param {State} state */
+export function showHeader(state) {
+  const { pair } = state;
+  if (!pair) return;
+  $("title").textContent = `${pair.split}/${pair.name}`;
+  $("state").textContent = STATES[pair.state];
+  $("state").dataset.state = pair.state;
+  $("run").value = state.run ?? "";
+  for (const [action, off] of Object.entries({ submit: state.locked && !state.reviewing, empty: state.locked,
+    approve: pair.state === "approved", reopen: !state.locked, take: state.locked || state.blind })) {
+    for (const button of document.querySelectorAll(`button[data-action="${action}"]`)) {
+      /** @type {HTMLButtonElement} */ (button).disabled = off;
+    }
+  }
+}
+
+/** @param {State} state */
+export function showFacts(state) {
+  const { pair, area } = state;
+  if (!pair) return;
+  const facts = [`${pair.width}×${pair.height}`, `mask ${area.mask} px`, `revision ${state.revision}`];
+  if (area.ignore) facts.splice(2, 0, `ill-posed ${area.ignore} px`);
+  if (pair.valid_fraction !== null) facts.push(`warp ${Math.round(pair.valid_fraction * 100)} % valid`);
+  const { candidate } = state;
+  if (candidate?.count) facts.unshift(`candidate ${candidate.index + 1} of ${candidate.count}, score ${candidate.score.toFixed(2)}`);
+  $("facts").textContent = facts.join("   ·   ");
+  const at = state.cursor;
+  const where = at ? `x ${Math.floor(at.x)}  y ${Math.floor(at.y)}  ` : "";
+  $("where").textContent = `${where}${Math.round(state.view.scale * 100)} %`;
+}
+
+/** @param {string} status @param {string} detail */
+export function showStatus(status, detail) {
+  $("save").dataset.status = status;
+  $("save").textContent = detail && status !== "conflict" ? `${status}: ${detail}` : status;
+}
+
+/** Say that something takes its time; "" when it is done. @param {string} text */
+export function waiting(text) {
+  $("waiting").textContent = text;
+  $("waiting").hidden = !text;
+}
+
+let noticeTimer = 0;
+/** @param {string} text @param {boolean} [bad] */
+export function notice(text, bad = false) {
+  $("notice").textContent = text;
+  $("notice").dataset.kind = bad ? "bad" : "";
+  $("notice").hidden = false;
+  clearTimeout(noticeTimer);
+  noticeTimer = window.setTimeout(() => { $("notice").hidden = true; }, bad ? 8000 : 3500);
+}
