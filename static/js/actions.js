@@ -4,7 +4,7 @@
  *   side: import("./side.js").Side, step: (by: 1 | -1) => unknown, pressAt: (right: boolean) => void,
  *   settings: () => void, redraw: () => void, fitAll: () => void, fitProposal: () => void,
  *   takePrediction: () => Promise<unknown>, submit: () => unknown, theme: () => void,
- *   changeMode: (mode: string) => unknown, help: () => void,
+ *   changeMode: (mode: string) => unknown, arrived: () => Promise<unknown>, help: () => void,
  *   notice: (text: string, bad?: boolean) => void}} Parts
  */
 import { dropSpecks, fillHoles, grow, keepComponent, shrink, smooth } from "./cleanup.js";
@@ -112,6 +112,7 @@ export function actionsOf(parts) {
     "previous-proposal": () => walk(-1),
     source: () => { side.nextSource(); parts.settings(); return side.load(); },
     ...Object.fromEntries(["agree", "adopt", "keep", "reject"].map((verdict) => [verdict, async () => {
+      await parts.arrived();
       if (await desk.verdict(verdict) && state.mode === "audit") return parts.step(1);
     }])),
     submit: () => parts.submit(),

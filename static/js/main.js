@@ -55,6 +55,7 @@ const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pai
 const view = new View(state, panes, masks, pictures, url);
 const actions = actionsOf({ state, desk, side, step, pressAt, settings, redraw: () => view.ask(), fitAll,
   fitProposal: () => showSelected(true), takePrediction, submit, notice, changeMode,
+  arrived: () => Promise.all([moving, side.loading]),
   theme: () => { state.dark = !state.dark; settings(); socket.send({ type: "theme", dark: state.dark }); },
   help: () => { $("help").open ? $("help").close() : $("help").showModal(); } });
 const socket = openDesk(new URLSearchParams(location.search).get("client") ?? "", receive);
@@ -279,9 +280,12 @@ async function changeMode(mode) {
   showPair(false);
 }
 
+/** @type {Promise<unknown>} the way to a region in doubt */
+let moving = Promise.resolve();
+
 /** @param {1 | -1} by */
 async function step(by) {
-  if (state.mode === "audit") return walkOn(by);
+  if (state.mode === "audit") return (moving = walkOn(by));
   if (!socket.send({ type: "step", by })) notice("The server cannot be reached just now.", true);
 }
 

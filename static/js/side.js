@@ -180,5 +180,7 @@ export class Side {
     this.looked = null;
     this.masks.candidate.clear();
     this.masks.proposal.clear();
+    $("proposal-list").replaceChildren();
+    $("history-list").replaceChildren();
   }
 }
