@@ -15,8 +15,9 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse, Response
 from fastapi.staticfiles import StaticFiles
 from pydantic import TypeAdapter, ValidationError
+from starlette.datastructures import MutableHeaders
 from starlette.exceptions import HTTPException
-from starlette.types import Scope
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 
 from reviewer import __version__
@@ -37,6 +38,11 @@ PAGE_SECURITY = (
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self';"
     " connect-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'self'"
 )
+HEADERS = {
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "same-origin",
+    "Content-Security-Policy": PAGE_SECURITY,
+}
 
 
 def build_gateway(
@@ -67,14 +73,6 @@ def build_gateway(
     proxy = ViserProxy(viser_port)
     app.include_router(build_api(store, clicks))
     _answer_errors(app)
-
-    @app.middleware("http")
-    async def add_headers(request: Request, call_next: Any) -> Response:
-        response: Response = await call_next(request)
-        response.headers.setdefault("X-Content-Type-Options", "nosniff")
-        response.headers.setdefault("Referrer-Policy", "same-origin")
-        response.headers.setdefault("Content-Security-Policy", PAGE_SECURITY)
-        return response
 
     @app.get("/sign-in", include_in_schema=False)
     def sign_in_page(token: str = "", name: str = "") -> HTMLResponse:
@@ -124,6 +122,7 @@ def build_gateway(
         await proxy.socket(socket)
 
     app.mount("/static", _Static(directory=static), name="static")
+    app.add_middleware(SafeHeaders)
     app.add_middleware(Guard, access=access)
     return app
 
@@ -139,6 +138,25 @@ def _is_our_frame(request: Request) -> bool:
         return site == "same-origin" and request.headers.get("sec-fetch-dest") == "iframe"
     referer = urlsplit(request.headers.get("referer", ""))
     return referer.netloc == request.headers.get("host") and referer.path == "/"
+
+
+class SafeHeaders:
+    """ASGI middleware that adds the headers browsers need to be strict, where none are set."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on, with the headers on the way back."""
+
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        await self.app(scope, receive, send_with_headers)
 
 
 class _Static(StaticFiles):

@@ -35,6 +35,7 @@ from reviewer.models.interfaces import Candidate, Click, Embedding, Field, Image
 Labels = npt.NDArray[np.uint8]
 
 RADII = (4, 8, 16, 32, 64)
+MOST_CANDIDATES = 4
 REACHES = (1.5, 3.0, 6.0)
 LARGEST_REACH = 60
 CHROMA_WEIGHT = 1.5
@@ -297,4 +298,4 @@ def _ranked(candidates: list[Candidate]) -> list[Candidate]:
     for candidate in sorted(candidates, key=lambda c: -c.score):
         if all(intersection_over_union(candidate.mask, other.mask) < 0.93 for other in kept):
             kept.append(candidate)
-    return kept[:5]
+    return kept[:MOST_CANDIDATES]

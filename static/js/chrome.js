@@ -25,11 +25,9 @@ export function showSettings(state) {
   $("tolerance-value").textContent = String(state.tolerance);
   $("tolerance-field").hidden = state.tool !== "fill";
   $("radius-field").hidden = !keepsRadius(state.tool);
-  press("[data-tool]", (element) => element.dataset.tool === state.tool);
+  press("button[data-tool]", (element) => element.dataset.tool === state.tool);
   press("#target", () => state.target === "ignore");
   press('[data-action="outline"]', () => state.outline);
-  document.body.dataset.target = state.target;
-  document.body.dataset.tool = state.tool;
   for (const tab of document.querySelectorAll("[data-side]")) {
     const { side } = /** @type {HTMLElement} */ (tab).dataset;
     tab.setAttribute("aria-selected", String(side === state.side));

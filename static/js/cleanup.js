@@ -52,12 +52,34 @@ export function dropSpecks(mask, least) {
   return mask.data.map((value, i) => (value && areas[labels[i]] >= least ? 1 : 0));
 }
 
+/** The 8-connected component under a point, null where there is none.
+ * @param {Mask} mask @param {{x: number, y: number}} at @returns {Uint8Array | null} */
+export function componentAt({ width, height, data }, at) {
+  const start = Math.floor(at.y) * width + Math.floor(at.x);
+  if (!data[start]) return null;
+  const part = new Uint8Array(data.length);
+  const stack = [start];
+  part[start] = 1;
+  while (stack.length) {
+    const i = /** @type {number} */ (stack.pop());
+    const x = i % width;
+    const top = i >= width ? -width : 0;
+    const bottom = i < width * (height - 1) ? width : 0;
+    for (let row = i + top; row <= i + bottom; row += width) {
+      for (let j = x > 0 ? row - 1 : row; j <= (x < width - 1 ? row + 1 : row); j++) {
+        if (!data[j] || part[j]) continue;
+        part[j] = 1;
+        stack.push(j);
+      }
+    }
+  }
+  return part;
+}
+
 /** Keep only the component under a point; nothing changes where there is none.
  * @param {Mask} mask @param {{x: number, y: number}} at */
 export function keepComponent(mask, at) {
-  const { labels } = label(mask, 1, 8);
-  const number = labels[Math.floor(at.y) * mask.width + Math.floor(at.x)];
-  return number ? mask.data.map((_, i) => (labels[i] === number ? 1 : 0)) : mask.data.slice();
+  return componentAt(mask, at) ?? mask.data.slice();
 }
 
 /** Count the set pixels of each 3x3 neighbourhood; outside the image nothing is set.

@@ -26,6 +26,7 @@ export class PairDesk {
   /** @param {State} state @param {import("./saver.js").Saver} saver
    * @param {{mask: (layer: Layer, box: import("./raster.js").Box | null) => void,
    *   pair: (fresh: boolean) => void, candidate: () => void, sketch: () => void, judged: () => void,
+   *   saved: () => void,
    *   notice: (text: string, bad?: boolean) => void, waiting: (text: string) => void,
    *   shown: (action: string) => string,
    *   changed: () => void, pixels: () => Uint8ClampedArray | null}} on pixels: RGBA of the live
@@ -280,8 +281,8 @@ export class PairDesk {
   /** @param {string} way */
   applyCandidate(way) {
     const { pointing } = this;
-    const { chosen } = pointing;
-    if (!chosen || way === "reject") return this.cancel();
+    const found = pointing.mask;
+    if (!found || way === "reject") return this.cancel();
     const layer = way === "ill-posed" ? "ignore" : way === "add" ? this.state.target : "mask";
     const before = this.masks[layer];
     const { part } = pointing;
@@ -289,7 +290,7 @@ export class PairDesk {
     const rest = part && way === "add" ? { ...before, data: before.data.map((v, i) => (part[i] ? 0 : v)) } : before;
     const action = { tool: "click", ...(way === "add" ? {} : { way }), ...pointing.story };
     pointing.reset();
-    this.replace(layer, APPLY[way](rest, chosen.mask.data), action);
+    this.replace(layer, APPLY[way](rest, found.data), action);
     this.showCandidate();
   }
 
@@ -345,7 +346,7 @@ export class PairDesk {
     if (state.pair?.id !== id) return;
     state.revision = revision;
     if (state.pair.state === "todo") state.pair.state = "in_progress";
-    if (!this.saver.unsent(id)) this.refresh();
+    this.on.saved();
   }
 
   /** @param {string} verdict @returns {Promise<boolean>} whether it was given */

@@ -28,18 +28,20 @@ const masks = {
   candidate: new MaskView([86, 180, 233]),
   proposal: new MaskView([255, 255, 255]),
 };
+const PAUSE_MS = 700;
 const state = new State();
 const keymap = new Keymap();
 const walk = new AuditWalk();
 let person = "";
 
 const saver = new Saver({ put: api.putMask, status: showSave,
-  saved: (id, revision) => { desk.saved(id, revision); socket.send({ type: "changed" }); } });
+  saved: (id, revision) => { desk.saved(id, revision); refreshSoon(); } });
 const desk = new PairDesk(state, saver, {
   mask: (layer, box) => { masks[layer].paint(desk.masks[layer], box); countSoon(); view.ask(); },
   pair: showPair,
   candidate: showCandidate,
   sketch: () => view.ask(),
+  saved: () => { showHeader(state); showFacts(state); },
   judged: () => attempt(side.load(true)),
   notice,
   waiting,
@@ -151,11 +153,11 @@ function showSelected(go) {
 }
 
 function showCandidate() {
-  const shown = desk.pointing.chosen?.mask ?? (desk.pointing.open ? null : desk.pointing.preview);
-  if (shown) masks.candidate.paint(shown);
+  const shown = desk.pointing.mask ?? (desk.pointing.open ? null : desk.pointing.preview);
+  if (shown) masks.candidate.show(shown);
   else if (side.looked === null) masks.candidate.clear();
+  view.now();
   showFacts(state);
-  view.ask();
 }
 
 /** @param {string} status @param {string} [detail] @param {number} [id] the pair it is about */
@@ -182,6 +184,17 @@ function countSoon() {
     showFacts(state);
     view.ask();
   }, 60);
+}
+
+let refreshing = 0;
+/** Bring scores, queue and map up to date, once the person pauses: that costs a stroke its fluency. */
+function refreshSoon() {
+  clearTimeout(refreshing);
+  refreshing = window.setTimeout(() => {
+    if (state.drawing || !saver.idle) return refreshSoon();
+    socket.send({ type: "changed" });
+    attempt(desk.refresh());
+  }, PAUSE_MS);
 }
 
 let remembering = 0;
@@ -367,11 +380,13 @@ listen($("panes"), state, {
 window.addEventListener("blur", () => { state.blinking = state.swiping = state.hidden = false; view.ask(); });
 window.addEventListener("online", () => saver.retry());
 window.addEventListener("beforeunload", (event) => { if (!saver.idle) event.preventDefault(); });
-document.addEventListener("pointerdown", (event) => {
-  for (const menu of document.querySelectorAll("details[open]")) {
-    if (!menu.contains(/** @type {Node} */ (event.target))) menu.removeAttribute("open");
-  }
-});
+for (const type of ["pointerdown", "keydown"]) {
+  document.addEventListener(type, (event) => {
+    for (const menu of document.querySelectorAll("details[open]")) {
+      if (!menu.contains(/** @type {Node} */ (event.target))) menu.removeAttribute("open");
+    }
+  });
+}
 wireButtons(act);
 wireKeys(keymap, act, () => /** @type {HTMLDialogElement | null} */ (document.querySelector("dialog[open]")));
 titleButtons(keymap);

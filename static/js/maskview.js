@@ -4,7 +4,7 @@
  * @typedef {import("./raster.js").Mask} Mask
  * @typedef {import("./raster.js").Box} Box
  */
-import { clip } from "./raster.js";
+import { boxOf, clip, join } from "./raster.js";
 
 export class MaskView {
   /** @param {number[]} colour red, green, blue @param {{hatched?: boolean, alone?: boolean}} [how] */
@@ -16,6 +16,18 @@ export class MaskView {
     this.alone = alone ? new OffscreenCanvas(1, 1) : null;
     /** Whether there may be something to draw. */
     this.filled = false;
+    /** Counts changes of what there is to draw. */
+    this.version = 0;
+    /** @type {Box | null} holds every set pixel: only that much needs drawing */
+    this.box = null;
+  }
+
+  /** Paint a mask that has little in common with the one before: where either has pixels.
+   * @param {Mask} mask */
+  show(mask) {
+    const box = boxOf(mask);
+    this.paint(mask, join(this.box, box) ?? { x0: 0, y0: 0, x1: 0, y1: 0 });
+    this.box = box;
   }
 
   /** @param {Mask} mask @param {Box | null} [dirty] only this box changed */
@@ -30,10 +42,12 @@ export class MaskView {
       }
     }
     this.filled = true;
+    this.version++;
     const all = { x0: 0, y0: 0, x1: width, y1: height };
     const grown = dirty && !fresh
       ? { x0: dirty.x0 - 1, y0: dirty.y0 - 1, x1: dirty.x1 + 1, y1: dirty.y1 + 1 }
       : all;
+    this.box = grown === all ? boxOf(mask) : join(this.box, dirty ?? null);
     const box = clip(mask, grown);
     if (!box) return;
     const w = box.x1 - box.x0;
@@ -60,6 +74,7 @@ export class MaskView {
 
   /** Draw nothing any more. */
   clear() {
+    if (this.filled) this.version++;
     this.filled = false;
   }
 }

@@ -5,8 +5,9 @@ import { LAYERS } from "./layers.js";
 
 /**
  * @typedef {{element: HTMLElement, canvas: HTMLCanvasElement, select: HTMLSelectElement,
- *   note: HTMLElement, ground: {canvas: OffscreenCanvas, key: string}}} Pane
- *   ground: what lies under the mask, as drawn last
+ *   note: HTMLElement, ground: Drawn, still: Drawn}} Pane
+ *   ground: what lies under the masks, still: what lies under the cursor, as drawn last
+ * @typedef {{canvas: OffscreenCanvas, key: string}} Drawn
  */
 
 export const COUNTS = [1, 2, 3, 4, 6, 8];
@@ -45,7 +46,8 @@ export class Panes {
       };
       const note = document.createElement("p");
       element.append(canvas, note, select);
-      return { element, canvas, select, note, ground: { canvas: new OffscreenCanvas(1, 1), key: "" } };
+      const [ground, still] = [0, 1].map(() => ({ canvas: new OffscreenCanvas(1, 1), key: "" }));
+      return { element, canvas, select, note, ground, still };
     });
     this.root.replaceChildren(...this.items.map((item) => item.element));
     this.arrange();

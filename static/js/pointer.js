@@ -40,6 +40,8 @@ export function listen(root, state, on) {
     window.focus();
     const canvas = canvasOf(event);
     if (!canvas) return;
+    // A prevented press leaves the focus where it was, say in a picker that takes letters for itself.
+    if (document.activeElement instanceof HTMLElement) document.activeElement.blur();
     if (event.pointerType === "pen") penSeen = true;
     if (event.pointerType === "touch") fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
     if (fingers.size === 2) {

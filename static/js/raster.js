@@ -70,6 +70,21 @@ export function join(a, b) {
   };
 }
 
+/** The smallest box around the set pixels. @param {Mask} mask @returns {Box | null} */
+export function boxOf({ width, height, data }) {
+  const box = { x0: width, y0: height, x1: 0, y1: 0 };
+  for (let y = 0; y < height; y++) {
+    const row = data.subarray(y * width, (y + 1) * width);
+    const first = row.indexOf(1);
+    if (first < 0) continue;
+    box.y0 = Math.min(box.y0, y);
+    box.y1 = y + 1;
+    box.x0 = Math.min(box.x0, first);
+    box.x1 = Math.max(box.x1, row.lastIndexOf(1) + 1);
+  }
+  return box.y1 ? box : null;
+}
+
 /** @param {Mask} mask @param {Box} box @returns {Box | null} */
 export function clip(mask, box) {
   const clipped = {

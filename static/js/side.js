@@ -101,7 +101,8 @@ export class Side {
       : pair.run ? "Nothing is proposed here." : "There is no run yet.";
     $("proposal-note").textContent = note;
     $("proposal-note").hidden = !note;
-    drawScores($("scores"), state.blind ? {} : pair.scores);
+    $("scores").hidden = state.blind;
+    drawScores($("scores"), pair.scores);
   }
 
   /** @param {string | null} key @param {boolean} go show its place */
@@ -115,7 +116,7 @@ export class Side {
   /** Paint the selected proposal's rim. */
   show() {
     const { pair, proposal } = this.state;
-    if (pair && proposal) this.masks.proposal.paint(decode(proposal.counts, pair.width, pair.height));
+    if (pair && proposal) this.masks.proposal.show(decode(proposal.counts, pair.width, pair.height));
     else this.masks.proposal.clear();
   }
 
@@ -153,7 +154,7 @@ export class Side {
     if (pair && number !== null) {
       const reply = await api.revision(pair.id, number);
       if (this.looked !== number || this.state.pair?.id !== pair.id) return;
-      this.masks.candidate.paint(decode(reply.mask.counts, pair.width, pair.height));
+      this.masks.candidate.show(decode(reply.mask.counts, pair.width, pair.height));
     }
     this.on.redraw();
   }

@@ -3,11 +3,13 @@
  * Reads the state and writes nothing of it.
  * @typedef {import("./state.js").State} State
  * @typedef {import("./maskview.js").MaskView} MaskView
+ * @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Context
  */
 import { toScreen } from "./geometry.js";
 import { LAYERS } from "./layers.js";
 
 const BLINK_MS = 320;
+const CALM_MS = 140;
 
 export class View {
   /** @param {State} state @param {import("./panes.js").Panes} panes
@@ -21,6 +23,11 @@ export class View {
     this.pictures = pictures;
     this.url = url;
     this.asked = false;
+    /** The masks as drawn last, and since when they are so. */
+    this.versions = "";
+    this.changed = 0;
+    /** @type {any} draws again, and well, when nothing has changed for a moment */
+    this.calm = 0;
   }
 
   /** Draw soon. */
@@ -33,22 +40,39 @@ export class View {
     });
   }
 
+  /** Draw at once: an answer that was waited for need not wait for the next frame too. */
+  now() {
+    this.draw(performance.now());
+  }
+
   /** @param {number} now */
   draw(now) {
     const { state, panes } = this;
     if (!state.pair) return;
     const reference = state.blinking && Math.floor(now / BLINK_MS) % 2 === 0;
-    panes.items.forEach((item, index) => this.drawPane(item, state.layers[index], reference));
+    const versions = Object.values(this.masks).map((mask) => mask.version).join();
+    if (versions !== this.versions) {
+      this.versions = versions;
+      this.changed = now;
+      clearTimeout(this.calm);
+      this.calm = setTimeout(() => this.ask(), CALM_MS + 20);
+    }
+    const rough = state.drawing || now - this.changed < CALM_MS;
+    const complete = panes.items.map((item, index) => this.drawPane(item, state.layers[index], reference, rough));
+    // For whoever waits for a pair to be seen: its id, once all of its pictures are on the screen.
+    panes.root.dataset.shown = complete.every(Boolean) ? String(state.pair.id) : "";
     if (state.blinking) this.ask();
   }
 
-  /** What lies under the mask is drawn once and kept until something of it changes; a stroke then
-   * costs a copy of the pane, the mask and the cursor.
-   * @param {import("./panes.js").Pane} item @param {string} name @param {boolean} reference */
-  drawPane(item, name, reference) {
+  /** What lies under the mask is drawn once and kept until something of it changes, and what lies
+   * under the cursor too, once the masks are still: a stroke then costs a copy of the pane and the
+   * mask, and a moving pointer costs a copy.
+   * @param {import("./panes.js").Pane} item @param {string} name @param {boolean} reference
+   * @param {boolean} rough something changes just now @returns {boolean} whether all of its pictures were there */
+  drawPane(item, name, reference, rough) {
     const { state, panes } = this;
     const context = item.canvas.getContext("2d", { alpha: false });
-    if (!context || !state.pair) return;
+    if (!context || !state.pair) return false;
     const layer = LAYERS[name];
     const size = panes.size();
     const ratio = item.canvas.width / size.width;
@@ -56,20 +80,47 @@ export class View {
     const corner = toScreen(state.view, size, { x: 0, y: 0 });
     const place = /** @type {const} */ ([ratio * scale, 0, 0, ratio * scale, ratio * corner.x, ratio * corner.y]);
     const ground = this.ground(item, layer, reference, place);
+    const swiping = state.swiping && layer.base === "live";
     context.setTransform(1, 0, 0, 1, 0, 0);
-    context.drawImage(ground.canvas, 0, 0);
-    context.setTransform(...place);
-    context.imageSmoothingEnabled = scale < 2.5;
-    if (state.swiping && layer.base === "live") this.drawSwipe(context, scale);
-    this.drawMasks(context, layer.mask);
+    if (rough || swiping) {
+      context.drawImage(ground.canvas, 0, 0);
+      context.setTransform(...place);
+      context.imageSmoothingEnabled = scale < 2.5;
+      if (swiping) this.drawSwipe(context, scale);
+      this.drawMasks(context, layer.mask, rough);
+    } else {
+      context.drawImage(this.still(item, layer, ground.canvas, place), 0, 0);
+      context.setTransform(...place);
+    }
     this.drawMarks(context, scale);
     if (item.note.textContent !== ground.note) item.note.textContent = ground.note;
+    return ground.complete;
+  }
+
+  /** Return the pane's pictures with the masks on them, well smoothed.
+   * @param {import("./panes.js").Pane} item @param {import("./layers.js").Layer} layer
+   * @param {OffscreenCanvas} ground
+   * @param {readonly [number, number, number, number, number, number]} place */
+  still(item, layer, ground, place) {
+    const { state } = this;
+    const key = [item.ground.key, this.versions, state.outline, state.hidden, Boolean(state.candidate), layer.mask].join();
+    const { canvas } = item.still;
+    if (item.still.key === key) return canvas;
+    item.still.key = key;
+    canvas.width = ground.width;
+    canvas.height = ground.height;
+    const context = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext("2d", { alpha: false }));
+    context.drawImage(ground, 0, 0);
+    context.setTransform(...place);
+    context.imageSmoothingEnabled = state.view.scale < 2.5;
+    this.drawMasks(context, layer.mask, false);
+    return canvas;
   }
 
   /** Return the pane's pictures, drawn in place. @param {import("./panes.js").Pane} item
    * @param {import("./layers.js").Layer} layer @param {boolean} reference
    * @param {readonly [number, number, number, number, number, number]} place
-   * @returns {{canvas: OffscreenCanvas, note: string}} */
+   * @returns {{canvas: OffscreenCanvas, note: string, complete: boolean}} */
   ground(item, layer, reference, place) {
     const { state } = this;
     const { layers, width, height } = /** @type {import("./state.js").Pair} */ (state.pair);
@@ -82,7 +133,8 @@ export class View {
       state.dark, layer.dim, wanted.map(this.url), Boolean(base?.bitmap), Boolean(overlay?.bitmap)].join();
     const note = unseen ? "Hidden until you have submitted"
       : available ? base?.error || overlay?.error || "" : `${layer.title}: not in this run yet`;
-    if (item.ground.key === key) return { canvas: item.ground.canvas, note };
+    const complete = [base, overlay].every((picture) => !picture || picture.bitmap || picture.error);
+    if (item.ground.key === key) return { canvas: item.ground.canvas, note, complete };
     const { canvas } = item.ground;
     canvas.width = item.canvas.width;
     canvas.height = item.canvas.height;
@@ -105,35 +157,40 @@ export class View {
       context.globalAlpha = 1;
     }
     item.ground.key = key;
-    return { canvas, note };
+    return { canvas, note, complete };
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {string} kind */
-  drawMasks(context, kind) {
+  /** @param {Context} context @param {string} kind @param {boolean} rough */
+  drawMasks(context, kind, rough) {
     const { state, masks } = this;
     const alone = kind === "alone" ? masks.mask.alone : kind === "ignore" ? masks.ignore.alone : null;
     if (alone) return void context.drawImage(alone, 0, 0);
     if (state.hidden) return;
-    if (masks.ignore.filled) this.drawMask(context, masks.ignore, kind === "fill");
-    this.drawMask(context, masks.mask, kind === "fill" && !state.outline);
-    if (masks.proposal.filled) this.drawMask(context, masks.proposal, false);
-    if (masks.candidate.filled) this.drawMask(context, masks.candidate, Boolean(state.candidate));
+    if (masks.ignore.filled) this.drawMask(context, masks.ignore, kind === "fill", rough);
+    this.drawMask(context, masks.mask, kind === "fill" && !state.outline, rough);
+    // From close by, the rim of a thin region would hide what it is about.
+    if (masks.proposal.filled) this.drawMask(context, masks.proposal, false, rough, state.view.scale > 3 ? 0.4 : 0.85);
+    if (masks.candidate.filled) this.drawMask(context, masks.candidate, Boolean(state.candidate), rough);
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {MaskView} mask @param {boolean} filled */
-  drawMask(context, mask, filled) {
+  /** @param {Context} context @param {MaskView} mask @param {boolean} filled @param {boolean} rough
+   * @param {number} [rim] how opaque the rim is */
+  drawMask(context, mask, filled, rough, rim = 0.85) {
     const { state } = this;
+    if (!mask.box) return;
+    const { x0, y0, x1, y1 } = mask.box;
+    const part = /** @type {const} */ ([x0, y0, x1 - x0, y1 - y0, x0, y0, x1 - x0, y1 - y0]);
     context.imageSmoothingQuality = "low";
     if (filled) {
       context.globalAlpha = state.opacity;
-      context.drawImage(mask.fill, 0, 0);
+      context.drawImage(mask.fill, ...part);
     }
-    context.globalAlpha = filled ? 1 : 0.85;
+    context.globalAlpha = filled ? 1 : rim;
     // A line of one pixel breaks up or fades when it is scaled down: smoothed well and drawn again it
-    // stays whole. Too slow for a stroke under way.
-    context.imageSmoothingQuality = state.drawing ? "low" : "high";
-    const times = state.drawing ? 1 : Math.min(3, Math.ceil(1 / state.view.scale));
-    for (let k = 0; k < times; k++) context.drawImage(mask.rim, 0, 0);
+    // stays whole. Too slow while something changes.
+    context.imageSmoothingQuality = rough ? "low" : "high";
+    const times = rough ? 1 : Math.min(3, Math.ceil(1 / state.view.scale));
+    for (let k = 0; k < times; k++) context.drawImage(mask.rim, ...part);
     context.globalAlpha = 1;
   }
 

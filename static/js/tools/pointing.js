@@ -5,11 +5,12 @@
  * @typedef {import("../raster.js").Mask} Mask
  * @typedef {{x: number, y: number}} Point
  * @typedef {"live" | "reference"} Picture
- * @typedef {{mask: Mask, counts: string, score: number}} Found
+ * @typedef {{mask: Mask | null, counts: string, score: number, width: number, height: number}} Found
+ *   mask: once it was asked for
  * @typedef {{candidates: {counts: string, score: number}[], model: string, embed_ms: number,
  *   predict_ms: number}} Reply
  */
-import { label } from "../cleanup.js";
+import { componentAt } from "../cleanup.js";
 import { decode, encode } from "../rle.js";
 
 const DRAG_PX = 5;
@@ -62,6 +63,13 @@ export class Pointing {
     return this.found[this.index] ?? null;
   }
 
+  /** The pixels of the chosen candidate. @returns {Mask | null} */
+  get mask() {
+    const { chosen } = this;
+    if (chosen) chosen.mask ??= decode(chosen.counts, chosen.width, chosen.height);
+    return chosen?.mask ?? null;
+  }
+
   /** @param {Point} at @param {{right: boolean, alt: boolean, shift: boolean}} keys
    * @param {Picture} picture @param {number} scale screen pixels a pixel */
   press(at, keys, picture, scale) {
@@ -92,7 +100,7 @@ export class Pointing {
       this.box = [inside(x0, mask.width), inside(y0, mask.height), inside(x1, mask.width), inside(y1, mask.height)];
     } else {
       const at = { x: inside(pressed.at.x, mask.width - 0.01), y: inside(pressed.at.y, mask.height - 0.01) };
-      if (!this.open) this.part = partAt(mask, at);
+      if (!this.open) this.part = componentAt(mask, at);
       if (!this.open && !pressed.positive && !this.part) {
         return this.on.notice("There is nothing to take away here. Click an object first.");
       }
@@ -120,8 +128,8 @@ export class Pointing {
         previous: previous || null, crop: this.crop }, request.signal);
       if (request !== this.request) return;
       this.model = reply.model;
-      this.found = reply.candidates.map((candidate) => (
-        { ...candidate, mask: decode(candidate.counts, mask.width, mask.height) }));
+      const { width, height } = mask;
+      this.found = reply.candidates.map((candidate) => ({ ...candidate, width, height, mask: null }));
       this.index = 0;
     } catch (error) {
       if (request.signal.aborted) return;
@@ -185,13 +193,4 @@ export class Pointing {
       ...(this.crop ? { crop: true } : {}),
     };
   }
-}
-
-/** The component of a mask under a point. @param {Mask} mask @param {Point} at
- * @returns {Uint8Array | null} */
-function partAt(mask, at) {
-  const i = Math.floor(at.y) * mask.width + Math.floor(at.x);
-  if (!mask.data[i]) return null;
-  const { labels } = label(mask, 1, 8);
-  return mask.data.map((_, k) => (labels[k] === labels[i] ? 1 : 0));
 }

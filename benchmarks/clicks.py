@@ -1,0 +1,144 @@
+"""Number of clicks to an IoU of 0.8 and 0.9, for any click segmenter, by object size.
+
+Protocol (Sofiiuk et al., RITM, 2022): the next click goes to the middle of the largest error, at
+most 20 times, from an empty mask and from the detector's pixels around the object. Boundary F at 1,
+2 and 3 px is of the mask after the last click. Needs a demo database (`reviewer demo --check`).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import torch
+from objects import SIZES, around, load_pairs, objects_of, size_of
+
+from reviewer.masks import Mask, intersection_over_union
+from reviewer.metrics import boundary_f
+from reviewer.models.interfaces import Click, ClickSegmenter, Embedding, Prompt
+from reviewer.models.registry import build_click_segmenter
+
+MOST = 20
+GOALS = (0.8, 0.9)
+TOLERANCES = (1, 2, 3)
+DEMO = Path(__file__).resolve().parent.parent / "demo-data/world-7-4/reviewer.db"
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One object from one start: clicks to each goal, boundary F, seconds of each click."""
+
+    size: str
+    start: str
+    clicks: tuple[int, ...]
+    boundary: tuple[float, ...]
+    seconds: tuple[float, ...]
+
+
+def next_click(mask: Mask, truth: Mask) -> Click:
+    """Return a click in the middle of the largest error."""
+    best, place, positive = -1.0, (0, 0), True
+    for error, belongs in ((truth & ~mask, True), (mask & ~truth, False)):
+        count, labels, stats, _ = cv2.connectedComponentsWithStats(error.view(np.uint8))
+        if count < 2:
+            continue
+        largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
+        area = float(stats[largest, cv2.CC_STAT_AREA])
+        if area > best:
+            inside = np.pad((labels == largest).astype(np.uint8), 1)
+            depth = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[1:-1, 1:-1]
+            y, x = np.unravel_index(int(depth.argmax()), depth.shape)
+            best, place, positive = area, (int(x), int(y)), belongs
+    return Click(place[0] + 0.5, place[1] + 0.5, positive)
+
+
+def try_object(
+    segmenter: ClickSegmenter, embedding: Embedding, thing: Mask, mask: Mask, start: str
+) -> Trial:
+    """Click until the highest goal is met, or MOST times."""
+    clicks: list[Click] = []
+    ious, seconds = [intersection_over_union(mask, thing)], []
+    while ious[-1] < GOALS[-1] and len(clicks) < MOST:
+        clicks.append(next_click(mask, thing))
+        begun = time.perf_counter()
+        prompt = Prompt(tuple(clicks), None, mask if mask.any() else None)
+        mask = segmenter.predict(embedding, prompt)[0].mask
+        seconds.append(time.perf_counter() - begun)
+        ious.append(intersection_over_union(mask, thing))
+    needed = tuple(next((k for k, iou in enumerate(ious) if iou >= g), MOST) for g in GOALS)
+    boundary = tuple(boundary_f(mask, thing, tolerance) for tolerance in TOLERANCES)
+    size = size_of(int(np.count_nonzero(thing)))
+    return Trial(size, start, needed, boundary, tuple(seconds))
+
+
+def run_trials(segmenter: ClickSegmenter, db: Path, every: int) -> list[Trial]:
+    """Try every object of the pairs from both starts."""
+    trials = []
+    for pair in load_pairs(db, every):
+        embedding = segmenter.embed(pair.live, pair.warped)
+        for thing in objects_of(pair.truth):
+            near = pair.detected & around(thing) & ~(pair.truth & ~thing)
+            empty = np.zeros_like(thing)
+            trials.append(try_object(segmenter, embedding, thing, empty, "empty"))
+            trials.append(try_object(segmenter, embedding, thing, near, "detector"))
+    return trials
+
+
+def main() -> None:
+    """Measure, print."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--segmenter", default="grabcut", help="grabcut, sam:PATH, sam2:PATH")
+    parser.add_argument("--db", type=Path, default=DEMO)
+    parser.add_argument("--every", type=int, default=1, help="only each n-th pair")
+    parser.add_argument("--json", action="store_true", help="one JSON object")
+    arguments = parser.parse_args()
+    # Random weights make denormals, which slow a processor five-fold.
+    torch.set_flush_denormal(True)
+    cv2.setNumThreads(1)
+    torch.set_num_threads(1)
+    segmenter = build_click_segmenter(arguments.segmenter)
+    trials = run_trials(segmenter, arguments.db, arguments.every)
+    groups: dict[tuple[str, str], list[Trial]] = defaultdict(list)
+    for trial in trials:
+        groups[trial.start, trial.size].append(trial)
+        groups[trial.start, "all"].append(trial)
+    seconds = [s for trial in trials for s in trial.seconds]
+    p50, p95 = (float(v) * 1e3 for v in np.percentile(seconds, (50, 95)))
+    if arguments.json:
+        mean = {
+            start: np.mean([trial.clicks for trial in groups[start, "all"]], axis=0)
+            for start in ("empty", "detector")
+        }
+        keys = (("empty", "empty"), ("from_detector", "detector"))
+        result = {
+            f"noc{int(goal * 100)}_{key}": float(mean[start][k])
+            for key, start in keys
+            for k, goal in enumerate(GOALS)
+        }
+        print(json.dumps({**result, "ms_per_click_p50": p50, "ms_per_click_p95": p95}))
+        return
+    print(f"{'start':10}{'size':8}{'n':>4}  NoC@80  NoC@90  >20 clicks   BF@1   BF@2   BF@3")
+    for start in ("empty", "detector"):
+        for size in (*(name for _, name in SIZES), "all"):
+            group = groups[start, size]
+            if not group:
+                continue
+            clicks = np.array([trial.clicks for trial in group])
+            boundary = np.array([trial.boundary for trial in group]).mean(axis=0)
+            failed = float(np.mean(clicks[:, 1] >= MOST))
+            scores = "".join(f"{value:7.3f}" for value in boundary)
+            print(
+                f"{start:10}{size:8}{len(group):4}  {clicks[:, 0].mean():6.2f}"
+                f"  {clicks[:, 1].mean():6.2f}  {failed:9.0%} {scores}"
+            )
+    print(f"{segmenter.model_id}: {p50:.0f} ms a click at the median, {p95:.0f} ms at the 95th")
+
+
+if __name__ == "__main__":
+    main()
