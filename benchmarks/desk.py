@@ -87,6 +87,9 @@ def strokes(page: Page, frame: Frame, count: int, moves: int) -> None:
     box = frame.locator(".pane canvas").nth(1).bounding_box()
     assert box is not None
     for k in range(count):
+        if k % 20 == 0:
+            # Paint, then erase the same: every stroke changes something.
+            page.keyboard.press("be"[(k // 20) % 2])
         y = box["y"] + box["height"] * (0.3 + 0.5 * ((k * 7) % 20) / 20)
         page.mouse.move(box["x"] + box["width"] * 0.25, y)
         page.mouse.down()
@@ -97,7 +100,6 @@ def strokes(page: Page, frame: Frame, count: int, moves: int) -> None:
 
 def brush_ms(page: Page, frame: Frame) -> tuple[list[float], list[float]]:
     """Return the times of moves after 10 and after 500 strokes."""
-    page.keyboard.press("b")
     samples = []
     count = 0
     for after in (10, 500):
@@ -133,9 +135,9 @@ def measure_small(db: Path) -> dict[str, list[float]]:
     """Measure on the demo pairs."""
     with serve(db) as url, desk(url) as (page, frame):
         frame.evaluate(WATCH)
+        clicks = click_overheads(page, frame, 60)
         early, late = brush_ms(page, frame)
         saves = list(frame.evaluate("window.saves"))
-        clicks = click_overheads(page, frame, 60)
         pairs = []
         for _ in range(30):
             pairs.append(float(frame.evaluate(NEXT)))

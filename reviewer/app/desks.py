@@ -34,6 +34,7 @@ class Desk:
 
     Attributes:
         annotator: None while locked.
+        pair_id: the pair that was asked for last; shown_id: the one that the frame shows.
         ids: the queue: pair ids in order, under the filters.
         redraw: redraws the Viser side, given what changed: "unlock", "queue", "pair", "change",
             "theme" or "window".
@@ -47,6 +48,7 @@ class Desk:
     state: ReviewState | None = None
     order: Order = "name"
     pair_id: int | None = None
+    shown_id: int | None = None
     ids: list[int] = field(default_factory=list)
     dark: bool = True
     window_width: int = 0
@@ -111,13 +113,14 @@ class Desk:
         pair_of_id(self.store, pair_id)
         with self.lock:
             self.pair_id = pair_id
+        # Queue and map follow when the frame shows the pair: it has the thread to itself till then.
         self.send({"type": "open", "pair": pair_id, "run": self.run})
-        self.redraw("pair")
 
     def showing(self, pair_id: int) -> list[int]:
         """Note what the frame shows, and tell it what to load ahead; return that too."""
         with self.lock:
-            moved, self.pair_id = self.pair_id != pair_id, pair_id
+            moved, self.shown_id = self.shown_id != pair_id, pair_id
+            self.pair_id = pair_id
             here = self.ids.index(pair_id) if pair_id in self.ids else -1
             ahead = self.ids[here + 1 : here + 1 + LOADED_AHEAD]
         self.send({"type": "ahead", "pairs": ahead})

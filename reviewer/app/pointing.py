@@ -6,7 +6,7 @@ import asyncio
 from asyncio import CancelledError
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Query, Request, Response
 
 from reviewer.app import messages as m
 from reviewer.app.details import choose_run
@@ -29,8 +29,8 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
     router = APIRouter()
     scissors = Scissors()
 
-    @router.post("/pairs/{pair_id}/click")
-    async def post_click(request: Request, pair_id: m.Id, change: m.ClickChange) -> m.ClickReply:
+    @router.post("/pairs/{pair_id}/click", response_model=m.ClickReply)
+    async def post_click(request: Request, pair_id: m.Id, change: m.ClickChange) -> Response:
         """Find the object under clicks or in a box; 409 when a newer click took its place."""
         asked = await asyncio.to_thread(_read, store, pair_id, change)
         client = (request.state.annotator, change.client)
@@ -45,7 +45,7 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
             raise Conflict("click: a newer one took its place") from error
         finally:
             future.cancel()
-        return m.ClickReply(
+        reply = m.ClickReply(
             candidates=[
                 m.CandidateMask(counts=encode_rle(c.mask).counts, score=c.score)
                 for c in found.candidates
@@ -54,6 +54,8 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
             embed_ms=found.embed_ms,
             predict_ms=found.predict_ms,
         )
+        # Checked when it was made; FastAPI would check it again, while a person waits.
+        return Response(reply.model_dump_json(), media_type="application/json")
 
     @router.get("/pairs/{pair_id}/live-point")
     def get_live_point(

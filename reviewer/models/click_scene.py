@@ -20,6 +20,7 @@ CHANGE_SHARES = (0.6, 0.35)
 LARGEST_GAP_PX = 128
 USUAL_GAP_PX = 8.0
 LARGEST_PATCH_PX = 64
+LIGHT_SIGMA_PX, SHRINK = 32, 8
 # Rim step (CIELAB) and gain of change at which a mask is as good as it gets; the factors are a
 # least-squares fit of the true IoU over one-click candidates of the demo world.
 SHARP_RIM, STRONG_CHANGE = 30.0, 25.0
@@ -105,20 +106,29 @@ def to_lab(image: Image) -> Field:
 
 def change_between(present: Field, past: Field) -> Field:
     """Return the smallest difference within a pixel, less slow changes of the light."""
-    light = cv2.GaussianBlur(np.clip(present - past, -12, 12), (0, 0), 32)
+    light = _slow(np.clip(present - past, -12, 12))
     present, past = (cv2.GaussianBlur(lab, (0, 0), 0.7) for lab in (present, past + light))
     padded = cv2.copyMakeBorder(past, 1, 1, 1, 1, cv2.BORDER_REPLICATE)
     height, width = present.shape[:2]
     result = np.zeros_like(present)
     least = np.full((height, width), np.inf, np.float32)
+    # OpenCV throughout: three times as fast as numpy here, and it lets other threads run.
     for dy in range(3):
         for dx in range(3):
-            difference = present - padded[dy : dy + height, dx : dx + width]
-            square = np.einsum("ijk,ijk->ij", difference, difference)
-            closer = square < least
-            np.copyto(least, square, where=closer)
-            np.copyto(result, difference, where=closer[..., None])
-    return result
+            difference = cv2.subtract(present, padded[dy : dy + height, dx : dx + width])
+            square = cv2.transform(cv2.multiply(difference, difference), np.ones((1, 3)))
+            cv2.copyTo(difference, cv2.compare(square, least, cv2.CMP_LT), result)
+            cv2.min(square, least, dst=least)
+    return np.asarray(result, np.float32)
+
+
+def _slow(field: Field) -> Field:
+    """Return what of a field changes slowly, blurred where it is small."""
+    height, width = field.shape[:2]
+    size = (max(1, width // SHRINK), max(1, height // SHRINK))
+    small = cv2.resize(field, size, interpolation=cv2.INTER_AREA)
+    small = cv2.GaussianBlur(small, (0, 0), LIGHT_SIGMA_PX / SHRINK)
+    return np.asarray(cv2.resize(small, (width, height), interpolation=cv2.INTER_LINEAR))
 
 
 def box_of(mask: Mask) -> tuple[int, int, int, int]:

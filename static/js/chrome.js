@@ -23,8 +23,9 @@ export function showSettings(state) {
   }
   $("radius-value").textContent = String(state.radius);
   $("tolerance-value").textContent = String(state.tolerance);
-  $("tolerance-field").hidden = state.tool !== "fill";
-  $("radius-field").hidden = !keepsRadius(state.tool);
+  // They share a place that stays, so that nothing jumps when the tool changes.
+  $("tolerance-field").classList.toggle("off", state.tool !== "fill");
+  $("radius-field").classList.toggle("off", !keepsRadius(state.tool));
   press("button[data-tool]", (element) => element.dataset.tool === state.tool);
   press("#target", () => state.target === "ignore");
   press('[data-action="outline"]', () => state.outline);

@@ -58,10 +58,13 @@ export function componentAt({ width, height, data }, at) {
   const start = Math.floor(at.y) * width + Math.floor(at.x);
   if (!data[start]) return null;
   const part = new Uint8Array(data.length);
-  const stack = [start];
+  // A pixel is pushed once at most.
+  const stack = new Int32Array(data.length);
+  let depth = 1;
+  stack[0] = start;
   part[start] = 1;
-  while (stack.length) {
-    const i = /** @type {number} */ (stack.pop());
+  while (depth) {
+    const i = stack[--depth];
     const x = i % width;
     const top = i >= width ? -width : 0;
     const bottom = i < width * (height - 1) ? width : 0;
@@ -69,7 +72,7 @@ export function componentAt({ width, height, data }, at) {
       for (let j = x > 0 ? row - 1 : row; j <= (x < width - 1 ? row + 1 : row); j++) {
         if (!data[j] || part[j]) continue;
         part[j] = 1;
-        stack.push(j);
+        stack[depth++] = j;
       }
     }
   }

@@ -29,6 +29,7 @@ const masks = {
   proposal: new MaskView([255, 255, 255]),
 };
 const PAUSE_MS = 700;
+const SHOWN_MS = 150;
 const state = new State();
 const keymap = new Keymap();
 const walk = new AuditWalk();
@@ -74,7 +75,7 @@ async function receive(message) {
     const wanted = message.fresh && own ? own : message.pair;
     if (!wanted) notice("There are no pairs yet. Import some: reviewer import DIR", true);
     else if (wanted !== state.pair?.id) await open(wanted, message.run);
-    else socket.send({ type: "showing", pair: wanted });
+    else showingSoon();
     await fillRuns();
     if (state.mode === "audit" && first) await changeMode("audit");
   } else if (message.type === "error") {
@@ -115,10 +116,20 @@ async function start() {
 /** @param {number} id @param {string | null} run */
 async function open(id, run) {
   try {
-    if (await desk.open(id, run)) socket.send({ type: "showing", pair: id });
+    if (await desk.open(id, run)) showingSoon();
   } catch (error) {
     notice(error instanceof Error ? error.message : String(error), true);
   }
+}
+
+let showing = 0;
+/** Tell the desk what is shown, once it is: queue, map and the work ahead wait for it. */
+function showingSoon() {
+  clearTimeout(showing);
+  showing = window.setTimeout(() => {
+    // Another one may be on its way: then this one is not what the desk should think of.
+    if (state.pair?.id === desk.wanted) socket.send({ type: "showing", pair: desk.wanted });
+  }, SHOWN_MS);
 }
 
 /** @param {boolean} fresh another pair than before */
@@ -153,6 +164,7 @@ function showSelected(go) {
 }
 
 function showCandidate() {
+  document.body.toggleAttribute("data-asking", desk.pointing.open && desk.pointing.request !== null);
   const shown = desk.pointing.mask ?? (desk.pointing.open ? null : desk.pointing.preview);
   if (shown) masks.candidate.show(shown);
   else if (side.looked === null) masks.candidate.clear();
@@ -298,6 +310,7 @@ let moving = Promise.resolve();
 
 /** @param {1 | -1} by */
 async function step(by) {
+  clearTimeout(showing);
   if (state.mode === "audit") return (moving = walkOn(by));
   if (!socket.send({ type: "step", by })) notice("The server cannot be reached just now.", true);
 }

@@ -59,7 +59,9 @@ export class View {
     }
     const rough = state.drawing || now - this.changed < CALM_MS;
     const complete = panes.items.map((item, index) => this.drawPane(item, state.layers[index], reference, rough));
-    // For whoever waits for a pair to be seen: its id, once all of its pictures are on the screen.
+    // For scripts that look on: where the view is, and the pair once all of its pictures are drawn.
+    const { scale, x, y } = state.view;
+    panes.root.dataset.view = `${scale} ${x} ${y}`;
     panes.root.dataset.shown = complete.every(Boolean) ? String(state.pair.id) : "";
     if (state.blinking) this.ask();
   }
