@@ -2,9 +2,9 @@
 
 A scripted annotator in a real Chromium brings demo pairs to an IoU of at least 0.9 an object: once
 from the prediction, with the cheapest of accept, reject (a box around it), click, brush and
-outline, or from a wiped mask where that is cheaper; once from an empty mask with polygons only. An action is
-a click, a drag, a corner or a key; choosing the tool and zooming count too. Seconds are without
-time to think. Objects under 12 px are left out: they are slivers of occluded things.
+outline, or from a wiped mask where that is cheaper; once from an empty mask with polygons only. An
+action is a click, a drag, a corner or a key; choosing the tool and zooming count too. Seconds are
+without time to think. Objects under 12 px are left out: they are slivers of occluded things.
 Needs a demo database (`reviewer demo --check`).
 """
 
