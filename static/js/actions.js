@@ -1,17 +1,16 @@
 /**
  * What keys and buttons do: one function for each action of the key table.
  * @typedef {{state: import("./state.js").State, desk: import("./desk.js").PairDesk,
- *   side: import("./side.js").Side, step: (by: 1 | -1) => unknown, pressAt: (right: boolean) => void,
+ *   side: import("./side.js").Side, modes: import("./modes.js").Modes, pressAt: (right: boolean) => void,
  *   settings: () => void, redraw: () => void, fitAll: () => void, fitProposal: () => void,
- *   takePrediction: () => Promise<unknown>, submit: () => unknown, theme: () => void,
- *   changeMode: (mode: string) => unknown, arrived: () => Promise<unknown>, help: () => void,
+ *   takePrediction: () => Promise<unknown>, theme: () => void, help: () => void,
  *   notice: (text: string, bad?: boolean) => void}} Parts
  */
 import { dropSpecks, fillHoles, grow, keepComponent, shrink, smooth } from "./cleanup.js";
 import { $ } from "./chrome.js";
+import { MODES } from "./modes.js";
 
 const LEAST_SPECK_PX = 20;
-const MODES = ["correct", "blind", "audit"];
 
 /** @type {Record<string, (mask: import("./raster.js").Mask, at: {x: number, y: number}) => Uint8Array>} */
 export const CLEANUPS = {
@@ -25,7 +24,7 @@ export const CLEANUPS = {
 
 /** @param {Parts} parts @returns {Record<string, (down: boolean) => unknown>} */
 export function actionsOf(parts) {
-  const { state, desk, side } = parts;
+  const { state, desk, side, modes } = parts;
 
   /** @param {"radius" | "opacity" | "brightness" | "contrast"} name @param {number} value
    * @param {number} least @param {number} most */
@@ -112,15 +111,15 @@ export function actionsOf(parts) {
     "previous-proposal": () => walk(-1),
     source: () => { side.nextSource(); parts.settings(); return side.load(); },
     ...Object.fromEntries(["agree", "adopt", "keep", "reject"].map((verdict) => [verdict, async () => {
-      await parts.arrived();
-      if (await desk.verdict(verdict) && state.mode === "audit") return parts.step(1);
+      await modes.arrived();
+      if (await desk.verdict(verdict) && state.mode === "audit") return modes.step(1);
     }])),
-    submit: () => parts.submit(),
+    submit: () => modes.submit(),
     approve: () => desk.setState("approved"),
     empty: () => { if (!state.locked) return desk.setState("confirmed_empty"); },
     reopen: () => desk.setState("in_progress"),
-    next: () => parts.step(1),
-    previous: () => parts.step(-1),
+    next: () => modes.step(1),
+    previous: () => modes.step(-1),
     side: () => {
       state.side = state.side === "history" ? "proposals" : "history";
       parts.settings();
@@ -128,7 +127,7 @@ export function actionsOf(parts) {
         if (state.side === "history") $("history-list").querySelector("li")?.focus();
       });
     },
-    mode: () => parts.changeMode(MODES[(MODES.indexOf(state.mode) + 1) % MODES.length]),
+    mode: () => modes.change(MODES[(MODES.indexOf(state.mode) + 1) % MODES.length]),
     controls: () => /** @type {HTMLElement} */ (document.querySelector(".bar button")).focus(),
     theme: () => parts.theme(),
     help: () => parts.help(),

@@ -3,7 +3,6 @@
  */
 import { actionsOf, CLEANUPS } from "./actions.js";
 import { api, openDesk } from "./api.js";
-import { AuditWalk } from "./audit_walk.js";
 import { $, notice, showFacts, showHeader, showSettings, showStatus, waiting } from "./chrome.js";
 import { fillHelp, titleButtons, wireButtons, wireKeys } from "./controls.js";
 import { PairDesk } from "./desk.js";
@@ -12,6 +11,7 @@ import { Journal } from "./journal.js";
 import { KEYS, Keymap } from "./keys.js";
 import { LAYERS, pictureOf, Pictures } from "./layers.js";
 import { MaskView } from "./maskview.js";
+import { Modes } from "./modes.js";
 import { showConflict } from "./panels/conflict.js";
 import { COUNTS, Panes } from "./panes.js";
 import { listen } from "./pointer.js";
@@ -32,7 +32,6 @@ const PAUSE_MS = 700;
 const SHOWN_MS = 150;
 const state = new State();
 const keymap = new Keymap();
-const walk = new AuditWalk();
 let person = "";
 
 const saver = new Saver({ put: api.putMask, status: showSave,
@@ -56,9 +55,11 @@ const pictures = new Pictures(() => view.ask());
 const panes = new Panes($("panes"), choosePane, () => { if (state.fitted) fitAll(); view.ask(); });
 const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pair, layer) : "";
 const view = new View(state, panes, masks, pictures, url);
-const actions = actionsOf({ state, desk, side, step, pressAt, settings, redraw: () => view.ask(), fitAll,
-  fitProposal: () => showSelected(true), takePrediction, submit, notice, changeMode,
-  arrived: () => Promise.all([moving, side.loading]),
+const modes = new Modes(state, desk, side, { open, settings, notice, shown: (action) => keymap.shown(action),
+  reveal: () => state.reveal(localStorage, person), redraw: () => showPair(false),
+  next: (by) => { clearTimeout(showing); return socket.send({ type: "step", by }); } });
+const actions = actionsOf({ state, desk, side, modes, pressAt, settings, redraw: () => view.ask(), fitAll,
+  fitProposal: () => showSelected(true), takePrediction, notice,
   theme: () => { state.dark = !state.dark; settings(); socket.send({ type: "theme", dark: state.dark }); },
   help: () => { $("help").open ? $("help").close() : $("help").showModal(); } });
 const socket = openDesk(new URLSearchParams(location.search).get("client") ?? "", receive);
@@ -77,7 +78,7 @@ async function receive(message) {
     else if (wanted !== state.pair?.id) await open(wanted, message.run);
     else showingSoon();
     await fillRuns();
-    if (state.mode === "audit" && first) await changeMode("audit");
+    if (state.mode === "audit" && first) await modes.change("audit");
   } else if (message.type === "error") {
     notice(message.detail, true);
   } else if (message.type === "open" && message.pair) {
@@ -276,56 +277,6 @@ async function takePrediction() {
   desk.replace("mask", taken, { tool: "take prediction" });
 }
 
-/** Enter: finish what is in the air; else submit. In blind mode the disagreements come first. */
-async function submit() {
-  if (desk.pointing.open || desk.active) return desk.finish();
-  if (state.locked) return state.reviewing ? step(1) : undefined;
-  const { blind } = state;
-  if (!await desk.setState("submitted")) return;
-  if (!blind) return step(1);
-  state.reveal(localStorage, person);
-  await side.load();
-  showPair(false);
-  if (!state.proposals.length) return step(1);
-  notice(`${state.proposals.length} disagreements with the prediction. Look at them; reopen (${keymap.shown("reopen")}) to change the mask.`);
-}
-
-/** @param {string} mode */
-async function changeMode(mode) {
-  state.mode = /** @type {any} */ (mode);
-  settings();
-  $("walk").textContent = "";
-  if (mode === "audit") {
-    state.source = "region";
-    await walk.begin(state.run);
-    settings();
-    if (!walk.stops.length) notice("Every region of this run has a verdict.");
-    else await step(1);
-  }
-  showPair(false);
-}
-
-/** @type {Promise<unknown>} the way to a region in doubt */
-let moving = Promise.resolve();
-
-/** @param {1 | -1} by */
-async function step(by) {
-  clearTimeout(showing);
-  if (state.mode === "audit") return (moving = walkOn(by));
-  if (!socket.send({ type: "step", by })) notice("The server cannot be reached just now.", true);
-}
-
-/** Go to the next region in doubt, on whichever pair. @param {1 | -1} by */
-async function walkOn(by) {
-  const stop = walk.step(by);
-  if (!stop) return notice(by > 0 ? "This was the last region in doubt." : "This is the most doubtful region.");
-  $("walk").textContent = walk.progress;
-  if (stop.pair !== state.pair?.id) await open(stop.pair, walk.run);
-  await side.load();
-  const proposal = state.proposals.find((each) => each.region_id === stop.region);
-  if (proposal) side.select(proposal.key, true);
-}
-
 /** Use the tool where the cursor is, from the keyboard. @param {boolean} other take away */
 function pressAt(other) {
   if (!state.cursor) return notice("Move the cursor first: Shift and the arrow keys.");
@@ -356,7 +307,7 @@ for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "bri
   $(name).oninput = () => { state[name] = Number($(name).value); settings(); };
 }
 $("cleanup").onchange = () => { const name = $("cleanup").value; $("cleanup").value = ""; $("cleanup").blur(); act(name); };
-$("mode").onchange = () => { $("mode").blur(); attempt(changeMode($("mode").value)); };
+$("mode").onchange = () => { $("mode").blur(); attempt(modes.change($("mode").value)); };
 $("source").onchange = () => { state.source = $("source").value; $("source").blur(); settings(); attempt(side.load()); };
 for (const tab of document.querySelectorAll("[data-side]")) {
   /** @type {HTMLElement} */ (tab).onclick = () => {
