@@ -8,7 +8,7 @@ from planner import Plan, Step
 from playwright.sync_api import Frame, Page
 
 ZOOM_RATE = 0.0015
-LARGEST_SCALE = 12.0
+LARGEST_SCALE = 40.0
 LIVE_PANE = 1
 
 
@@ -93,7 +93,9 @@ class Hand:
         box = self.frame.locator(".pane canvas").nth(LIVE_PANE).bounding_box()
         assert box is not None
         self.box = box
-        self.page.wait_for_timeout(40)
+        self.frame.evaluate(
+            "() => new Promise((done) => requestAnimationFrame(() => setTimeout(done)))"
+        )
         self._look()
 
     def _place(self, point: tuple[float, float]) -> tuple[float, float]:
@@ -105,15 +107,39 @@ class Hand:
         """Turn the wheel over the middle of a box until it fills a good part of the pane."""
         x0, y0, x1, y1 = box
         target = ((x0 + x1) / 2, (y0 + y1) / 2)
-        side = 2.5 * max(x1 - x0, y1 - y0, 12)
+        side = 1.7 * max(x1 - x0, y1 - y0, 4)
         wanted = min(LARGEST_SCALE, min(self.box["width"], self.box["height"]) / side)
         x, y = (round(v) for v in self._place(target))
         turn = round(-math.log(wanted / self.scale) / ZOOM_RATE)
         self.page.mouse.move(x, y)
         self.page.mouse.wheel(0, turn)
-        self.page.wait_for_timeout(60)
+        self._look_again()
         self.actions += 1
-        self._look()
+        if self._shows(box):
+            return
+        # What was near the edge of the picture is near the edge still: drag it into the middle.
+        self.page.mouse.down(button="middle")
+        self.page.mouse.move(
+            self.box["x"] + self.box["width"] / 2, self.box["y"] + self.box["height"] / 2
+        )
+        self.page.mouse.up(button="middle")
+        self._look_again()
+        self.actions += 1
+
+    def _shows(self, box: tuple[int, int, int, int]) -> bool:
+        """Say whether a box lies well inside the pane, clear of its picker."""
+        left, top = self._place((box[0], box[1]))
+        right, bottom = self._place((box[2], box[3]))
+        x, y = self.box["x"], self.box["y"]
+        across = x + 4 < left and right < x + self.box["width"] - 4
+        return across and y + 30 < top and bottom < y + self.box["height"] - 4
+
+    def _look_again(self) -> None:
+        """Wait for the view to move."""
+        before = (self.scale, self.middle)
+        while (self.scale, self.middle) == before:
+            self.page.wait_for_timeout(5)
+            self._look()
 
     def _look(self) -> None:
         """Read where the view is."""

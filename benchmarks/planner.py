@@ -269,7 +269,16 @@ def outline(thing: Mask, goal: float) -> Sequence[tuple[float, float]]:
             break
         if intersection_over_union(fill(_scaled(tried, fine), thing.shape), thing) >= goal + 0.02:
             best = tried if len(tried) < len(best) else best
-    return _scaled(best, fine)
+    return _from_the_loneliest(_scaled(best, fine))
+
+
+def _from_the_loneliest(corners: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Begin at the corner that is farthest from all others: a click near the first one closes."""
+    points = np.array(corners)
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
+    np.fill_diagonal(apart, np.inf)
+    start = int(apart.min(axis=1).argmax())
+    return corners[start:] + corners[:start]
 
 
 def _scaled(contour: np.ndarray, fine: int) -> list[tuple[float, float]]:
