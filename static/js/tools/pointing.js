@@ -122,10 +122,12 @@ export class Pointing {
     const { chosen, part } = this;
     const previous = chosen ? { counts: chosen.counts, score: chosen.score }
       : part && { counts: encode({ ...mask, data: part }), score: 0 };
+    // The question goes out before the click is drawn.
+    const asked = this.on.ask({ picture: this.picture, clicks: this.points, box: this.box,
+      previous: previous || null, crop: this.crop }, request.signal);
     this.on.changed();
     try {
-      const reply = await this.on.ask({ picture: this.picture, clicks: this.points, box: this.box,
-        previous: previous || null, crop: this.crop }, request.signal);
+      const reply = await asked;
       if (request !== this.request) return;
       this.model = reply.model;
       const { width, height } = mask;
