@@ -10,10 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from pycocotools import mask as coco
+from scipy import ndimage
 
 from reviewer.errors import InvalidInput
 from reviewer.masks import (
     as_mask,
+    boundary,
     components,
     crop_to_box,
     decode_png,
@@ -21,7 +23,9 @@ from reviewer.masks import (
     dilate,
     encode_png,
     encode_rle,
+    fill_holes,
     intersection_over_union,
+    keep_touched,
     read_rle,
     union,
 )
@@ -142,3 +146,16 @@ def test_dilation_grows_by_half_the_kernel_each_time():
     mask = np.zeros((21, 21), bool)
     mask[10, 10] = True
     assert dilate(mask, size_px=5, times=2).sum() == 81
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_holes_parts_and_boundaries_agree_with_scipy(seed):
+    mask = np.random.default_rng(seed).random((37, 53)) < 0.55
+    assert (fill_holes(mask) == ndimage.binary_fill_holes(mask)).all()
+    labels, _ = ndimage.label(mask, np.ones((3, 3)))
+    row, column = np.argwhere(mask)[40]
+    kept = keep_touched(mask, [(int(column), int(row))])
+    assert (kept == (labels == labels[row, column])).all()
+    assert not keep_touched(mask, [tuple(int(v) for v in np.argwhere(~mask)[3][::-1])]).any()
+    inner = ndimage.binary_erosion(mask)
+    assert (boundary(mask) == (mask & ~inner)).all()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from reviewer.metrics import Counts, count, f_score, precision, recall, total
+from reviewer.metrics import Counts, boundary_f, count, f_score, precision, recall, total
 
 EMPTY, FULL = np.zeros((2, 3), bool), np.ones((2, 3), bool)
 
@@ -51,3 +51,30 @@ def test_f_is_the_harmonic_mean(tp, fp, fn):
 
 def test_pooling_adds_up():
     assert total([Counts(1, 2, 3, 4, 5), Counts(1, 1, 1, 1, 1)]) == Counts(2, 3, 4, 5, 6)
+
+
+def test_boundary_f_forgives_what_lies_within_the_tolerance():
+    truth = np.zeros((40, 60), bool)
+    truth[10:30, 10:40] = True
+    shifted = np.roll(truth, 2, axis=1)
+    assert boundary_f(truth, truth, 0) == 1.0
+    scores = [boundary_f(shifted, truth, tolerance) for tolerance in (1, 2, 3)]
+    assert scores[0] < 1.0 and scores[1:] == [1.0, 1.0]
+
+
+def test_boundary_f_by_hand():
+    # A pixel apart: each boundary is one pixel, one step from the other.
+    one, other = np.zeros((5, 5), bool), np.zeros((5, 5), bool)
+    one[2, 2] = other[2, 3] = True
+    assert boundary_f(one, other, 0) == 0.0
+    assert boundary_f(one, other, 1) == 1.0
+    # Half of our boundary is right, all of theirs is found: 2 * 0.5 * 1 / 1.5.
+    both = one.copy()
+    both[0, 0] = True
+    assert boundary_f(both, one, 0) == pytest.approx(2 / 3)
+
+
+def test_boundary_f_of_empty_masks():
+    empty, some = np.zeros((5, 5), bool), np.ones((5, 5), bool)
+    assert boundary_f(empty, empty, 1) == 1.0
+    assert boundary_f(empty, some, 1) == boundary_f(some, empty, 1) == 0.0
