@@ -27,8 +27,25 @@ def open_pair(page: Page, frame: Frame, wanted: str) -> None:
     sys.exit(f"{wanted} is not in the queue")
 
 
+def click_object(page: Page, frame: Frame) -> None:
+    """Look closely at the first region, and click into the middle of the live pane."""
+    page.mouse.move(*middle(frame))
+    page.keyboard.press("Tab")
+    page.wait_for_timeout(800)
+    page.keyboard.press("c")
+    page.mouse.click(*middle(frame))
+    expect(frame.locator("#facts")).to_contain_text("candidate")
+
+
+def middle(frame: Frame) -> tuple[float, float]:
+    """Return the middle of the live pane on the page."""
+    box = frame.locator(".pane canvas").nth(1).bounding_box()
+    assert box is not None
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
 def main() -> None:
-    """Visit the desk and photograph it, dark and light."""
+    """Visit the desk and photograph it: dark, light, and with a clicked object."""
     url, token = sys.argv[1:3]
     target = ROOT / "docs" / "images"
     target.mkdir(exist_ok=True)
@@ -49,6 +66,10 @@ def main() -> None:
         page.wait_for_timeout(2000)
         page.screenshot(path=target / "desk-light.png")
         frame.locator("button[data-action=theme]").click()
+        click_object(page, frame)
+        page.wait_for_timeout(1500)
+        page.screenshot(path=target / "desk-click.png")
+        page.keyboard.press("Escape")
         browser.close()
 
 
