@@ -17,7 +17,10 @@ const PATIENCE_MS = 20_000;
 /** @param {string} path @param {RequestInit} [options] */
 async function call(path, options = {}) {
   const signal = AbortSignal.timeout(PATIENCE_MS);
-  const reply = await fetch(path, { credentials: "same-origin", signal, ...options });
+  const reply = await fetch(path, { credentials: "same-origin", signal, ...options }).catch((error) => {
+    if (options.signal?.aborted) throw error;
+    throw new Error("The server cannot be reached. What you draw is kept, and sent when it is back.");
+  });
   const text = await reply.text();
   const body = text && reply.headers.get("content-type")?.includes("json") ? JSON.parse(text) : null;
   if (!reply.ok) throw new ApiError(reply.status, body?.detail ?? `${reply.status} ${path}`);

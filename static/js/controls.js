@@ -27,10 +27,11 @@ export function wireButtons(act) {
 
 /** Write what each control does and its key where the pointer rests on it. @param {Keymap} keymap */
 export function titleButtons(keymap) {
-  for (const element of document.querySelectorAll("button[data-action]")) {
-    const control = /** @type {HTMLButtonElement} */ (element);
-    const entry = KEYS.find((candidate) => candidate.action === control.dataset.action);
-    if (entry) control.title = `${entry.title} (${keymap.shown(entry.action)})`;
+  for (const element of document.querySelectorAll("button[data-action], [data-keys]")) {
+    const control = /** @type {HTMLElement} */ (element);
+    const names = (control.dataset.action ?? control.dataset.keys ?? "").split(" ");
+    const entries = KEYS.filter(({ action }) => names.includes(action));
+    control.title = entries.map(({ action, title }) => `${title} (${keymap.shown(action)})`).join(" · ");
   }
 }
 

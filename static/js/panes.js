@@ -38,6 +38,7 @@ export class Panes {
       canvas.dataset.pane = String(index);
       const select = document.createElement("select");
       select.setAttribute("aria-label", `Layer of pane ${index + 1}`);
+      select.title = "What this pane shows";
       for (const [name, { title }] of Object.entries(LAYERS)) select.add(new Option(title, name));
       select.value = layer;
       select.onchange = () => {
