@@ -153,7 +153,8 @@ class SamClicks:
 
     def _pixels(self, image: Image) -> torch.Tensor:
         rows, columns = self._inner(image.shape[0], image.shape[1], self.side)
-        pixels = torch.from_numpy(np.ascontiguousarray(image)).permute(2, 0, 1)[None]
+        # A copy: images that were read from disk may not be writable, which torch does not like.
+        pixels = torch.from_numpy(np.array(image)).permute(2, 0, 1)[None]
         pixels = F.interpolate(pixels, (rows, columns), mode="bilinear", antialias=True)
         # SAM pads what is normalised already, with zeros.
         return F.pad(

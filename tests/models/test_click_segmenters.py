@@ -37,6 +37,7 @@ def scene():
     live, square = past.copy(), np.zeros(past.shape[:2], bool)
     square[40:64, 60:90] = True
     live[square] = (225, 30, 40)
+    live.setflags(write=False)
     return live, past, square
 
 
