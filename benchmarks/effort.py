@@ -21,8 +21,8 @@ import numpy as np
 from browser import DEMO, TOKEN, desk, serve, wait_saved, wait_shown
 from desk import copied
 from hand import Hand
-from objects import ScenePair, load_pairs
-from planner import own_part, plan_pair, plan_polygon, things
+from objects import ScenePair, load_pairs, objects_of
+from planner import own_part, plan_pair, plan_polygon
 from playwright.sync_api import expect
 
 from reviewer.masks import Mask, decode_rle, encode_png, intersection_over_union
@@ -59,7 +59,7 @@ def do_pair(hand: Hand, pair: ScenePair, polygons: bool, store: Store, effort: E
     """Bring all objects of a pair to the goal."""
     if polygons:
         plans, mask = [], np.zeros_like(pair.truth)
-        for thing in things(pair.truth, LEAST_PX):
+        for thing in objects_of(pair.truth, LEAST_PX):
             plans.append(plan_polygon(mask, thing, GOAL))
             mask = plans[-1].mask
     else:
@@ -76,7 +76,7 @@ def do_pair(hand: Hand, pair: ScenePair, polygons: bool, store: Store, effort: E
     revision = newest_revision(store, pair.id)
     assert revision is not None
     final = decode_rle(revision.mask)
-    for thing in things(pair.truth, LEAST_PX):
+    for thing in objects_of(pair.truth, LEAST_PX):
         effort.objects += 1
         part = own_part(final, thing, pair.truth)
         effort.reached += intersection_over_union(part, thing) >= GOAL

@@ -56,10 +56,12 @@ def load_pairs(db: Path, every: int = 1) -> Iterator[ScenePair]:
             )
 
 
-def objects_of(truth: Mask) -> list[Mask]:
-    """Return the 8-connected components of ground truth, bool (H, W) each."""
+def objects_of(truth: Mask, least: int = 1) -> list[Mask]:
+    """Return the 8-connected components of at least so many pixels, bool (H, W) each."""
     found = []
     for crop in components(truth)[1]:
+        if crop.area < least:
+            continue
         mask = np.zeros_like(truth)
         crop.window(mask)[...] = crop.pixels
         found.append(mask)

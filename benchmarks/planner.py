@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import numpy.typing as npt
+from objects import objects_of
 from skimage.draw import polygon2mask
 
 from reviewer.masks import Mask, components, dilate, fill_holes, intersection_over_union
@@ -223,20 +224,10 @@ def plan_pair(
     ways = [_reject_false_alarms(mask, truth), [wiped] if mask.any() else []]
     for plans in ways:
         now = plans[-1].mask if plans else mask
-        for thing in things(truth, least):
+        for thing in objects_of(truth, least):
             plans.append(plan_object(segmenter, embedding, now, thing, truth, goal))
             now = plans[-1].mask
     return min(ways, key=lambda plans: sum(plan.cost for plan in plans))
-
-
-def things(truth: Mask, least: int) -> list[Mask]:
-    """Return the components of ground truth that are large enough to count."""
-    found = []
-    for crop in components(truth)[1]:
-        if crop.area >= least:
-            found.append(np.zeros_like(truth))
-            crop.window(found[-1])[...] = crop.pixels
-    return found
 
 
 def _reject_false_alarms(mask: Mask, truth: Mask) -> list[Plan]:

@@ -1,9 +1,14 @@
 """Fixtures shared by all tests: a database and a small split."""
 
 import pytest
+from fakes import FakeClicks
 from scenes import write_split
 
 from reviewer.dataset.importer import ImportSettings, import_split
+from reviewer.editing.clicks import Clicks
+from reviewer.models.embeddings import EmbeddingCache
+from reviewer.pipeline.runner import prepare_run, run_pipeline
+from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 
@@ -26,3 +31,25 @@ def tiny_split(db, split_folder):
     """The pairs of an imported split of three pairs."""
     import_split(db, "cs1", split_folder, ImportSettings(), lambda *_: None)
     return list_pairs(db)
+
+
+@pytest.fixture
+def run(db, tiny_split):
+    """A finished run of the tiny split."""
+    run = prepare_run(db, None, PipelineSettings())
+    run_pipeline(db, run, tiny_split)
+    return run
+
+
+@pytest.fixture
+def segmenter():
+    """A click segmenter that counts."""
+    return FakeClicks()
+
+
+@pytest.fixture
+def clicks(db, segmenter):
+    """Clicks answered by the counting segmenter."""
+    clicks = Clicks(db, EmbeddingCache(segmenter, None))
+    yield clicks
+    clicks.stop()

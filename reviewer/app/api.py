@@ -208,8 +208,10 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         headers = {"ETag": f'"{number}"', "Cache-Control": "no-store"}
         if "application/json" not in request.headers.get("accept", ""):
             return Response(encode_png(decode_rle(mask)), media_type="image/png", headers=headers)
-        none = m.MaskReply.empty(mask.height, mask.width, mask.counts)
-        reply = _mask_reply(newest) if newest else none
+        if newest:
+            reply = _mask_reply(newest)
+        else:
+            reply = m.MaskReply.empty(mask.height, mask.width, mask.counts)
         return Response(reply.model_dump_json(), media_type="application/json", headers=headers)
 
     @router.put("/pairs/{pair_id}/mask", openapi_extra=MASK_BODY)

@@ -147,11 +147,10 @@ def _doi(store: Store, pair: Pair, run: Run) -> Rgba:
 
 def _prediction(store: Store, pair: Pair, run: Run) -> Rgba:
     """The final mask: the audited one where people gave verdicts."""
-    for method in ("audited", "doi"):
-        rle = runs.load_prediction(store, run.id, pair.id, method)
-        if rle is not None:
-            return _overlay(decode_rle(rle), PREDICTION)
-    raise NotFound(f"pair {pair.title}: not integrated in run {run.name}")
+    rle = runs.load_final_mask(store, run.id, pair.id)
+    if rle is None:
+        raise NotFound(f"pair {pair.title}: not integrated in run {run.name}")
+    return _overlay(decode_rle(rle), PREDICTION)
 
 
 DRAWERS: dict[str, Callable[[Store, Pair, Run], npt.NDArray[np.uint8]]] = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from asyncio import CancelledError
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
@@ -41,7 +40,7 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
                 if await request.is_disconnected():
                     raise Conflict("click: nobody waits for it any more")
             found = answer.result()
-        except CancelledError as error:
+        except asyncio.CancelledError as error:
             raise Conflict("click: a newer one took its place") from error
         finally:
             future.cancel()

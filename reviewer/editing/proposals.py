@@ -19,7 +19,7 @@ from reviewer.pipeline.stages import live_masks, region_pixels
 from reviewer.records import Pair, Run
 from reviewer.store import runs
 from reviewer.store.database import Store
-from reviewer.store.revisions import list_revisions, newest_revision
+from reviewer.store.revisions import list_actions, newest_revision
 
 Source = Literal[
     "region", "detector", "object_live", "object_reference", "prediction", "missed", "extra"
@@ -72,16 +72,15 @@ def list_proposals(store: Store, pair: Pair, run: Run, sources: Iterable[Source]
 def outcomes_of(store: Store, pair_id: int) -> dict[str, str]:
     """Return what people did with each proposal of a pair, from its revisions' tool logs."""
     outcomes: dict[str, list[str]] = {}
-    for revision in list_revisions(store, pair_id):
-        for action in revision.tool_log:
-            key, tool = action.get("proposal"), action.get("tool")
-            if not isinstance(key, str) or not isinstance(tool, str):
-                continue
-            done = outcomes.setdefault(key, [])
-            if tool != "undo":
-                done.append(str(action.get("of", tool)))
-            elif done:
-                done.pop()
+    for action in list_actions(store, pair_id):
+        key, tool = action.get("proposal"), action.get("tool")
+        if not isinstance(key, str) or not isinstance(tool, str):
+            continue
+        done = outcomes.setdefault(key, [])
+        if tool != "undo":
+            done.append(str(action.get("of", tool)))
+        elif done:
+            done.pop()
     return {key: done[-1] for key, done in outcomes.items() if done}
 
 
@@ -101,9 +100,10 @@ def _of(store: Store, pair: Pair, run: Run, source: Source) -> list[_Found]:
             for thing in runs.load_objects(store, run.id, pair.id)
             if thing.side == side
         ]
-    predicted = _prediction(store, pair, run)
-    if predicted is None:
+    final = runs.load_final_mask(store, run.id, pair.id)
+    if final is None:
         return []
+    predicted = decode_rle(final)
     if source == "prediction":
         return _parts(predicted)
     newest = newest_revision(store, pair.id)
@@ -136,14 +136,6 @@ def _regions(store: Store, pair: Pair, run: Run) -> list[_Found]:
         mask = encode_rle(parts if thing is None else thing)
         found.append((region.labels, region.region.doi, region.id, mask))
     return found
-
-
-def _prediction(store: Store, pair: Pair, run: Run) -> Mask | None:
-    for method in ("audited", "doi"):
-        rle = runs.load_prediction(store, run.id, pair.id, method)
-        if rle is not None:
-            return decode_rle(rle)
-    return None
 
 
 def _parts(mask: Mask) -> list[_Found]:

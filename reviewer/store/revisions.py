@@ -42,6 +42,14 @@ def list_revisions(store: Store, pair_id: int) -> list[MaskRevision]:
     return [_revision(row) for row in rows]
 
 
+def list_actions(store: Store, pair_id: int) -> list[dict[str, Any]]:
+    """Return what people did to a pair, oldest first: its tool logs without the masks."""
+    rows = store.read().execute(
+        "SELECT tool_log FROM mask_revisions WHERE pair_id = ? ORDER BY number", [pair_id]
+    )
+    return [action for row in rows for action in json.loads(row["tool_log"])]
+
+
 def revision_of_number(store: Store, pair_id: int, number: int) -> MaskRevision:
     """Return one revision of a pair.
 

@@ -330,6 +330,13 @@ def load_prediction(store: Store, run_id: int, pair_id: int, method: Method) -> 
     return rle_of_row(row) if row else None
 
 
+def load_final_mask(store: Store, run_id: int, pair_id: int) -> Rle | None:
+    """Return what a run says in the end: the audited mask where people gave verdicts, else the one
+    with DoI; None before either."""
+    audited = load_prediction(store, run_id, pair_id, "audited")
+    return audited or load_prediction(store, run_id, pair_id, "doi")
+
+
 def save_failure(store: Store, run_id: int, pair_id: int, stage: Stage, message: str) -> None:
     """Record that a stage could not do a pair; its earlier result stays."""
     values = [run_id, pair_id, stage, message, utc_now()]

@@ -1,16 +1,11 @@
 """A gateway in the process, with a run to look at."""
 
 import pytest
-from fakes import FakeClicks
 from starlette.testclient import TestClient
 
 from reviewer.app.access import Access
 from reviewer.app.desks import Desks
 from reviewer.app.gateway import build_gateway
-from reviewer.editing.clicks import Clicks
-from reviewer.models.embeddings import EmbeddingCache
-from reviewer.pipeline.runner import prepare_run, run_pipeline
-from reviewer.pipeline.settings import PipelineSettings
 
 TOKEN = "a-token-for-tests"
 BASE = "http://localhost:8000"
@@ -24,18 +19,6 @@ def access():
 @pytest.fixture
 def desks(db):
     return Desks(db)
-
-
-@pytest.fixture
-def segmenter():
-    return FakeClicks()
-
-
-@pytest.fixture
-def clicks(db, segmenter):
-    clicks = Clicks(db, EmbeddingCache(segmenter, None))
-    yield clicks
-    clicks.stop()
 
 
 @pytest.fixture
@@ -54,11 +37,3 @@ def client(app):
     """A script's client."""
     headers = {"Authorization": f"Bearer {TOKEN}", "X-Annotator": "Ada"}
     return TestClient(app, base_url=BASE, headers=headers)
-
-
-@pytest.fixture
-def run(db, tiny_split):
-    """A finished run of the tiny split."""
-    run = prepare_run(db, None, PipelineSettings())
-    run_pipeline(db, run, tiny_split)
-    return run

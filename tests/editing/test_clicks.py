@@ -2,28 +2,14 @@
 
 import numpy as np
 import pytest
-from fakes import FakeClicks
 
 from reviewer.dataset.files import read_rgb
-from reviewer.editing.clicks import ClickRequest, Clicks, crop_window, keep_best
+from reviewer.editing.clicks import ClickRequest, crop_window, keep_best
 from reviewer.editing.pictures import live_point
 from reviewer.errors import NotFound
-from reviewer.models.embeddings import EmbeddingCache
 from reviewer.models.interfaces import Candidate, Click, Prompt
 from reviewer.pipeline.stages import warped_reference
 from reviewer.store import runs
-
-
-@pytest.fixture
-def segmenter():
-    return FakeClicks()
-
-
-@pytest.fixture
-def clicks(db, segmenter):
-    clicks = Clicks(db, EmbeddingCache(segmenter, None))
-    yield clicks
-    clicks.stop()
 
 
 def ask(clicks, pair, run, picture="live", prompt=None, **more):
