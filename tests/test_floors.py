@@ -14,15 +14,17 @@ FLOOR = {
     "app": 4,
     "editing": 3,
     "dataset": 2,
+    "synthesis": 2,
+    "training": 2,
     "pipeline": 2,
     "evaluation": 2,
     "export": 2,
     "store": 1,
     "models": 1,
 }
-GROUND = {"doi", "metrics", "masks", "geometry", "records", "errors", "shipped", "__init__"}
+GROUND = {"atomic", "doi", "metrics", "masks", "geometry", "records", "errors", "shipped", "__init__"}
 # Within floor 2 the data flows left to right; nothing flows backwards.
-ORDER_ON_FLOOR_2 = ["dataset", "pipeline", "evaluation", "export"]
+ORDER_ON_FLOOR_2 = ["dataset", "synthesis", "training", "pipeline", "evaluation", "export"]
 
 
 def room(module: str) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from reviewer import __version__
-from reviewer.export.atomic import whole_folder
+from reviewer.atomic import whole_folder
 from reviewer.export.selection import Labelled
 from reviewer.masks import Rle, decode_rle, encode_png
 
