@@ -22,7 +22,17 @@ FLOOR = {
     "store": 1,
     "models": 1,
 }
-GROUND = {"atomic", "doi", "metrics", "masks", "geometry", "records", "errors", "shipped", "__init__"}
+GROUND = {
+    "atomic",
+    "doi",
+    "metrics",
+    "masks",
+    "geometry",
+    "records",
+    "errors",
+    "shipped",
+    "__init__",
+}
 # Within floor 2 the data flows left to right; nothing flows backwards.
 ORDER_ON_FLOOR_2 = ["dataset", "synthesis", "training", "pipeline", "evaluation", "export"]
 

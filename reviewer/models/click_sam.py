@@ -10,7 +10,6 @@ Sources: Kirillov et al., Segment Anything (ICCV 2023); Ravi et al., SAM 2 (2024
 
 from __future__ import annotations
 
-import hashlib
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -26,6 +25,7 @@ from transformers.utils import logging as progress
 
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
+from reviewer.models.device import fingerprint, has_bfloat16
 from reviewer.models.interfaces import Candidate, Embedding, Image, Prompt
 
 Kind = Literal["sam", "sam2"]
@@ -49,7 +49,7 @@ class SamClicks:
         prompts = model.config.prompt_encoder_config
         self.side = int(prompts.image_size)
         self.mask_side = 4 * (self.side // int(prompts.patch_size))
-        self._id = f"{kind}-{Path(name).name}-{_fingerprint(model)}"
+        self._id = f"{kind}-{Path(name).name}-{fingerprint(model)}"
 
     @classmethod
     def load(cls, kind: Kind, name: str) -> SamClicks:
@@ -178,20 +178,6 @@ class SamClicks:
     def _fast(self) -> Any:
         fast = self.device == "cuda" or has_bfloat16()
         return torch.autocast(self.device, torch.bfloat16, enabled=fast)
-
-
-def has_bfloat16() -> bool:
-    """Say whether this processor multiplies bfloat16 in hardware (AVX512-BF16 or AMX)."""
-    able = torch.cpu.get_capabilities()
-    return bool(able.get("avx512_bf16") or able.get("amx_bf16"))
-
-
-def _fingerprint(model: Any) -> str:
-    digest = hashlib.blake2b(digest_size=6)
-    for name, tensor in sorted(model.state_dict().items()):
-        digest.update(name.encode())
-        digest.update(tensor.contiguous().view(-1).view(torch.uint8).cpu().numpy())
-    return digest.hexdigest()
 
 
 @contextmanager

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from reviewer.errors import InvalidInput
 from reviewer.models.interfaces import Aligner, ClickSegmenter, Detector, Segmenter
+
+if TYPE_CHECKING:
+    from torch import nn
 
 Model = TypeVar("Model")
 
@@ -31,6 +34,21 @@ def _difference(**settings: Any) -> Detector:
     from reviewer.models.detectors import DifferenceDetector
 
     return DifferenceDetector(**settings)
+
+
+def _net(name: str) -> Callable[..., Detector]:
+    def build(**settings: Any) -> Detector:
+        from reviewer.models.net_detector import NetDetector
+
+        if not settings.get("checkpoint"):
+            raise InvalidInput(
+                f"detector {name}: needs trained weights, --detector {name}:CHECKPOINT;"
+                " `reviewer train` makes some, and `difference` needs none"
+            )
+        settings.pop("net", None)
+        return NetDetector(name, **settings)
+
+    return build
 
 
 def _oversegment(**settings: Any) -> Segmenter:
@@ -61,7 +79,11 @@ def _sam2(path: str) -> ClickSegmenter:
 
 DEFAULT_SAM2 = "facebook/sam2.1-hiera-tiny"
 ALIGNERS: dict[str, Callable[..., Aligner]] = {"dis": _dis, "homography": _homography}
-DETECTORS: dict[str, Callable[..., Detector]] = {"difference": _difference}
+NET_NAMES = ("cdnet", "cscdnet", "cscdnet-attention", "dr-tanet", "tanet")
+DETECTORS: dict[str, Callable[..., Detector]] = {
+    "difference": _difference,
+    **{name: _net(name) for name in NET_NAMES},
+}
 SEGMENTERS: dict[str, Callable[..., Segmenter]] = {"oversegment": _oversegment}
 CLICK_SEGMENTERS: dict[str, Callable[[str], ClickSegmenter]] = {
     "grabcut": _grabcut,
@@ -75,8 +97,27 @@ def build_aligner(name: str, settings: Mapping[str, Any] | None = None) -> Align
     return _build("aligner", ALIGNERS, name, settings)
 
 
-def build_detector(name: str, settings: Mapping[str, Any] | None = None) -> Detector:
-    """Return a detector; raises InvalidInput for an unknown name or setting."""
+def build_detector(name: str, width: float = 1.0, **settings: Any) -> nn.Module:
+    """Return the torch module of a trainable detector, with random weights.
+
+    Args:
+        width: factor on its channels; 1 is the paper's net.
+        settings: see `nets.build.build_net`.
+
+    Raises:
+        InvalidInput: for a name that is no net, or an unknown setting.
+    """
+    from reviewer.models.nets.build import build_net
+
+    return build_net(name, width, **settings)
+
+
+def open_detector(name: str, settings: Mapping[str, Any] | None = None) -> Detector:
+    """Return a detector that is ready to detect; a net needs the setting `checkpoint`.
+
+    Raises:
+        InvalidInput: for an unknown name or setting, or a checkpoint that does not fit.
+    """
     return _build("detector", DETECTORS, name, settings)
 
 
@@ -100,7 +141,7 @@ def build_click_segmenter(text: str) -> ClickSegmenter:
 
 def settings_of(model: Any) -> dict[str, Any]:
     """Return the settings of a model, for the run's record."""
-    return {field.name: getattr(model, field.name) for field in fields(model)}
+    return {field.name: getattr(model, field.name) for field in fields(model) if field.init}
 
 
 def _build(

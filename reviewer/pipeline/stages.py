@@ -14,7 +14,7 @@ from reviewer.doi import Choice, Region, compose, integrate
 from reviewer.errors import Conflict, NotFound
 from reviewer.masks import Mask, decode_rle, encode_rle, union
 from reviewer.models.interfaces import Aligner, Detector, Image, Segmenter
-from reviewer.models.registry import build_aligner, build_detector, build_segmenter
+from reviewer.models.registry import build_aligner, build_segmenter, open_detector
 from reviewer.pipeline.fields import load_warp, store_alignment, store_detection
 from reviewer.pipeline.settings import IMPORTED, PipelineSettings
 from reviewer.records import ObjectInstance, Pair, Run, Side, Verdict
@@ -42,7 +42,7 @@ def build_members(settings: PipelineSettings) -> Members:
     detector, segmenter = settings.detector, settings.segmenter
     return Members(
         build_aligner(settings.aligner, own.get("align")),
-        None if detector == IMPORTED else build_detector(detector, own.get("detect")),
+        None if detector == IMPORTED else open_detector(detector, own.get("detect")),
         None if segmenter == IMPORTED else build_segmenter(segmenter, own.get("search")),
     )
 

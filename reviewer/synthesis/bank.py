@@ -150,13 +150,13 @@ def _cut_all(
     for annotation in chosen:
         of_image[annotation["image_id"]].append(annotation)
     objects = []
-    for image_id, annotations in of_image.items():
+    for image_id, wanted in of_image.items():
         path = images / files.get(image_id, "")
         if image_id not in files or not path.is_file():
-            left_out["whose image is missing"] += len(annotations)
+            left_out["whose image is missing"] += len(wanted)
             continue
         picture = read_rgb(path)
-        for annotation in annotations:
+        for annotation in wanted:
             place = f"{instances}: annotation {annotation.get('id')}"
             mask = _mask(annotation["segmentation"], picture.shape[0], picture.shape[1], place)
             category = names.get(annotation["category_id"], "")
@@ -176,7 +176,8 @@ def _mask(segmentation: Any, height: int, width: int, place: str) -> Mask:
         elif isinstance(segmentation["counts"], list):
             mask = coco.decode(coco.frPyObjects(segmentation, height, width)).view(np.bool_)
         else:
-            mask = decode_rle(read_rle(*segmentation["size"], segmentation["counts"]))
+            rows, columns = segmentation["size"]
+            mask = decode_rle(read_rle(rows, columns, segmentation["counts"]))
     except Exception as error:  # pycocotools has no error class of its own
         raise InvalidInput(f"{place}: unreadable segmentation, {str(error)[:200]}") from error
     if mask.shape != (height, width):

@@ -1,8 +1,8 @@
 """A bank of objects for people without COCO: the demo's kinds of objects, rendered one by one.
 
 Written as a COCO instances folder, so it is read as COCO is. An object lies on a plain floor under
-a lamp and is seen from where the robot would see it, filling the picture; each is a new draw of its kind.
-No picture of a demo world is used.
+a lamp and is seen from where the robot would see it, filling the picture; each is a new draw of its
+kind. No picture of a demo world is used.
 """
 
 from __future__ import annotations

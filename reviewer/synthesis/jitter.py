@@ -59,7 +59,7 @@ def relight(picture: Picture, settings: SynthesisSettings, rng: Rng) -> Picture:
     red, green, blue = (float(v) for v in gain * settings.colour_cast ** rng.uniform(-1, 1, 3))
     if settings.shade == 0:
         return np.asarray(cv2.multiply(picture, (red, green, blue, 1.0)), np.float32)
-    light = _shade(*picture.shape[:2], settings.shade, rng)
+    light = _shade(picture.shape[0], picture.shape[1], settings.shade, rng)
     # OpenCV's own broadcast-free product: numpy takes three times as long over the colour axis.
     factor = cv2.merge([light * red, light * green, light * blue])
     return np.asarray(cv2.multiply(picture, factor), np.float32)

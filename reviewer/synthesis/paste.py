@@ -38,9 +38,7 @@ class Placed:
     shadow_y: int
 
 
-def place(
-    cutout: Cutout, picture: Picture, settings: SynthesisSettings, rng: Rng
-) -> Placed:
+def place(cutout: Cutout, picture: Picture, settings: SynthesisSettings, rng: Rng) -> Placed:
     """Choose size, turn and place of a cutout on a picture; the whole of it lies inside."""
     height, width = picture.shape[:2]
     low, high = settings.size_px
@@ -67,16 +65,17 @@ def place(
         shift_y = round(longest * float(rng.uniform(0, reach)))
         spread = max(0.8, longest * float(rng.uniform(0.02, 0.08)))
         shadow = 1 - float(rng.uniform(0.15, 0.6)) * cv2.GaussianBlur(alpha, (0, 0), spread)
-    return Placed(
-        np.asarray(pixels, np.float32), alpha, solid, x, y, shadow, shift_x, shift_y
-    )
+    return Placed(np.asarray(pixels, np.float32), alpha, solid, x, y, shadow, shift_x, shift_y)
 
 
 def lay(picture: Picture, placed: Placed) -> None:
     """Draw a placed object and its shadow into a picture."""
     if placed.shadow is not None:
         here, there = _overlap(
-            picture.shape, placed.alpha.shape, placed.x + placed.shadow_x, placed.y + placed.shadow_y
+            picture.shape,
+            placed.alpha.shape,
+            placed.x + placed.shadow_x,
+            placed.y + placed.shadow_y,
         )
         picture[here] *= placed.shadow[there][..., None]
     here, there = _overlap(picture.shape, placed.alpha.shape, placed.x, placed.y)

@@ -6,9 +6,9 @@ import json
 import pytest
 from pycocotools.coco import COCO
 
+from reviewer.atomic import whole_folder
 from reviewer.editing.commit import MaskEdit, commit_mask
 from reviewer.errors import Conflict, NotFound
-from reviewer.atomic import whole_folder
 from reviewer.export.coco import export_coco
 from reviewer.export.png import export_png
 from reviewer.export.selection import select_labelled

@@ -6,7 +6,7 @@ from scenes import textured
 
 from reviewer.errors import InvalidInput
 from reviewer.models.interfaces import ModelFailed
-from reviewer.models.registry import build_aligner, build_detector, build_segmenter
+from reviewer.models.registry import build_aligner, build_segmenter, open_detector
 from reviewer.models.warping import warp_image, warp_mask
 
 
@@ -71,7 +71,7 @@ def test_masks_warp_by_nearest_neighbour_and_are_false_outside():
     assert warped[2, 3] and warped.sum() == 1
 
 
-@pytest.mark.parametrize("build", [build_aligner, build_detector, build_segmenter])
+@pytest.mark.parametrize("build", [build_aligner, open_detector, build_segmenter])
 def test_unknown_names_and_settings_are_told_what_there_is(build):
     with pytest.raises(InvalidInput, match="'nothing': unknown; there are "):
         build("nothing")
@@ -79,4 +79,4 @@ def test_unknown_names_and_settings_are_told_what_there_is(build):
 
 def test_an_unknown_setting_is_refused():
     with pytest.raises(InvalidInput, match=r"detector difference: .*colour"):
-        build_detector("difference", {"colour": 1})
+        open_detector("difference", {"colour": 1})

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes import textured
 
-from reviewer.models.registry import build_detector
+from reviewer.models.registry import open_detector
 
 HERE = (slice(40, 60), slice(60, 90))
 
@@ -24,7 +24,7 @@ def everywhere(image):
 
 def test_a_new_object_is_found_and_little_else(scene):
     image, live = scene
-    probability = build_detector("difference").detect(image, live, everywhere(image))
+    probability = open_detector("difference").detect(image, live, everywhere(image))
     assert probability.dtype == np.float32 and probability.shape == image.shape[:2]
     found = probability > 0.5
     assert found[HERE].mean() > 0.9
@@ -35,13 +35,13 @@ def test_a_new_object_is_found_and_little_else(scene):
 def test_another_exposure_is_no_change(scene):
     image, _ = scene
     darker = (image * 0.8).astype(np.uint8)
-    assert (build_detector("difference").detect(image, darker, everywhere(image)) < 0.5).all()
+    assert (open_detector("difference").detect(image, darker, everywhere(image)) < 0.5).all()
 
 
 def test_a_misalignment_of_one_pixel_is_no_change(scene):
     image, _ = scene
     moved = np.roll(image, 1, axis=1)
-    probability = build_detector("difference").detect(image, moved, everywhere(image))
+    probability = open_detector("difference").detect(image, moved, everywhere(image))
     assert (probability[:, 4:-4] > 0.5).mean() < 0.002
 
 
@@ -49,5 +49,5 @@ def test_pixels_outside_the_valid_warp_are_never_changed(scene):
     image, live = scene
     valid = everywhere(image)
     valid[HERE] = False
-    assert build_detector("difference").detect(image, live, valid)[HERE].max() == 0
-    assert build_detector("difference").detect(image, live, ~everywhere(image)).max() == 0
+    assert open_detector("difference").detect(image, live, valid)[HERE].max() == 0
+    assert open_detector("difference").detect(image, live, ~everywhere(image)).max() == 0

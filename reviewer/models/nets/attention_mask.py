@@ -28,7 +28,8 @@ MaskSource = Callable[[Tensor, Tensor], Tensor]
 
 def descriptor_energy(features: Tensor, image: Tensor) -> Tensor:
     """Return the length of each place's descriptor, as place recognition pools it (GeM, R-MAC)."""
-    return torch.linalg.vector_norm(features, dim=1, keepdim=True)
+    lengths: Tensor = torch.linalg.vector_norm(features, dim=1, keepdim=True)
+    return lengths
 
 
 def texture_energy(features: Tensor, image: Tensor) -> Tensor:
@@ -36,7 +37,7 @@ def texture_energy(features: Tensor, image: Tensor) -> Tensor:
     grey = image.mean(1, keepdim=True)
     across = functional.pad(grey.diff(dim=3).abs(), (0, 1))
     down = functional.pad(grey.diff(dim=2).abs(), (0, 0, 0, 1))
-    return functional.adaptive_avg_pool2d(across + down, [*features.shape[-2:]])
+    return functional.adaptive_avg_pool2d(across + down, (features.shape[2], features.shape[3]))
 
 
 SOURCES: dict[str, MaskSource] = {

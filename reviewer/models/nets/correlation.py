@@ -23,7 +23,9 @@ BLOCK = 20
 """Neighbours in a matrix product: wider wastes arithmetic, narrower wastes the product."""
 
 
-def correlate(first: Tensor, second: Tensor, *, max_displacement: int = 20, stride: int = 2) -> Tensor:
+def correlate(
+    first: Tensor, second: Tensor, *, max_displacement: int = 20, stride: int = 2
+) -> Tensor:
     """Return the correlation volume (N, (2r + 1)^2, H, W) of two maps (N, C, H, W).
 
     The vertical displacement is the slow index of the channels. Works in float32 or float64;
@@ -38,7 +40,7 @@ def correlate(first: Tensor, second: Tensor, *, max_displacement: int = 20, stri
         raise ValueError(f"correlate: stride {stride} does not divide {max_displacement}")
     wide = torch.promote_types(first.dtype, torch.float32)
     with torch.autocast(first.device.type, enabled=False):
-        volume: Tensor = _Correlation.apply(
+        volume: Tensor = _Correlation.apply(  # type: ignore[no-untyped-call]
             first.to(wide), second.to(wide), max_displacement // stride, stride
         )
     return volume.to(first.dtype)
@@ -66,7 +68,7 @@ class _Correlation(torch.autograd.Function):
         return volume.view(count, side * side, height, width)
 
     @staticmethod
-    @once_differentiable  # type: ignore[untyped-decorator]
+    @once_differentiable
     def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, Tensor, None, None]:
         first, second = ctx.saved_tensors
         radius, stride = ctx.window
@@ -84,7 +86,7 @@ class _Correlation(torch.autograd.Function):
             for shift in range(side):
                 row = part[:, shift].permute(0, 2, 3, 1)
                 padded = functional.pad(row, (0, 0, 0, -width_here % BLOCK))
-                _band(spread, side).copy_(padded.unflatten(2, (-1, BLOCK)))
+                _band(spread, side).copy_(padded.reshape(*queries.shape[:4], side))
                 below = slice(shift, shift + height_here)
                 query_sum += spread @ strips[:, below].transpose(-1, -2)
                 strip_sum[:, below] += queries.transpose(-1, -2) @ spread
@@ -104,7 +106,8 @@ def _phases(height: int, width: int, stride: int) -> list[tuple[slice, slice]]:
 def _blocks(image: Tensor) -> Tensor:
     """(N, C, H, W) -> (N, H, ceil(W / BLOCK), BLOCK, C), rows padded with zeros."""
     padded = functional.pad(image, (0, -image.shape[-1] % BLOCK))
-    return padded.unflatten(3, (-1, BLOCK)).permute(0, 2, 3, 4, 1).contiguous()
+    blocks = padded.view(*padded.shape[:3], -1, BLOCK)
+    return blocks.permute(0, 2, 3, 4, 1).contiguous()
 
 
 def _from_blocks(blocks: Tensor, width: int) -> Tensor:

@@ -64,7 +64,7 @@ class CscdNet(nn.Module):
 
     def forward(self, pictures: Tensor) -> Tensor:
         """Return logits (N, 2, H, W) of pictures (N, 6, H, W), reference then live."""
-        past, present = pictures.split(3, dim=1)
+        past, present = torch.split(pictures, 3, dim=1)
         a = self._encode("enc1", past)
         b = self._encode("enc2", present)
         x = torch.relu(self.dec_bn6(self.dec_conv6(torch.cat([a[5], b[5]], 1))))

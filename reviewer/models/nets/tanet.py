@@ -53,7 +53,7 @@ class TaNet(nn.Module):
 
     def forward(self, pictures: Tensor) -> Tensor:
         """Return logits (N, 2, H, W) of pictures (N, 6, H, W), reference then live."""
-        past, present = pictures.split(3, dim=1)
+        past, present = torch.split(pictures, 3, dim=1)
         answers = self.attention_module(self.encoder1(past), self.encoder2(present))
         x = self.bn(_resize(self.decoder(answers), 2))
         logits: Tensor = self.classifier(torch.relu(_resize(x, 2)))
@@ -105,7 +105,8 @@ class _Block(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         y = torch.relu(self.bn1(self.conv1(x)))
         y = self.bn2(self.conv2(y))
-        return y + (x if self.downsample is None else self.downsample(x))
+        summed: Tensor = y + (x if self.downsample is None else self.downsample(x))
+        return summed
 
 
 class _Attention(nn.Module):

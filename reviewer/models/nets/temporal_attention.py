@@ -1,4 +1,4 @@
-"""Temporal attention: every live place asks a window of the reference around it (DR-TANet, eq. 1-4).
+"""Temporal attention: every live place asks a window of the reference around it (DR-TANet).
 
 q is made of the live features, k and v of the reference's, zero-padded. The first half of the
 channels of k carries a learnt offset by row of the window, the second half one by column. The
@@ -72,7 +72,7 @@ class TemporalAttention(nn.Module):
             return image[..., y : y + height, x : x + width]
 
         def grouped(image: Tensor) -> Tensor:
-            return image.unflatten(1, (self.groups, -1))
+            return image.reshape(len(image), self.groups, -1, height, width)
 
         likeness = []
         for number, place in enumerate(places):

@@ -1,0 +1,33 @@
+"""What this machine computes with, and which weights a module has."""
+
+from __future__ import annotations
+
+import hashlib
+
+import torch
+from torch import nn
+
+
+def best_device() -> str:
+    """Return "cuda" where there is a GPU, else "cpu"."""
+    return "cuda" if torch.cuda.is_available() else "cpu"
+
+
+def has_bfloat16() -> bool:
+    """Say whether this processor multiplies bfloat16 in hardware (AVX512-BF16 or AMX)."""
+    able = torch.cpu.get_capabilities()
+    return bool(able.get("avx512_bf16") or able.get("amx_bf16"))
+
+
+def bfloat16_pays(device: str) -> bool:
+    """Say whether bfloat16 is faster than float32 on a device."""
+    return torch.cuda.is_bf16_supported() if device == "cuda" else has_bfloat16()
+
+
+def fingerprint(module: nn.Module) -> str:
+    """Return 12 hexadecimal digits that stand for all weights of a module."""
+    digest = hashlib.blake2b(digest_size=6)
+    for name, tensor in sorted(module.state_dict().items()):
+        digest.update(name.encode())
+        digest.update(tensor.contiguous().view(-1).view(torch.uint8).cpu().numpy())
+    return digest.hexdigest()

@@ -1,0 +1,147 @@
+"""A trained net as a detector of the pipeline: any size from 64 pixels, batches, one device.
+
+Calls from several threads meet here: whoever finds the device free takes along the pairs of that
+size that wait, up to `batch`. On a processor a batch gains nothing, so there it is 1 and a pair's
+result does not depend on its company.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import numpy.typing as npt
+import torch
+from torch import nn
+
+from reviewer.errors import InvalidInput
+from reviewer.masks import Mask
+from reviewer.models.device import best_device, bfloat16_pays, fingerprint
+from reviewer.models.interfaces import Field, Image, ModelFailed
+from reviewer.models.nets.checkpoints import BatchNormMode, NetRecord, load_checkpoint
+from reviewer.models.nets.pictures import change_probability, pad_to_multiple, prepare, stack_pair
+
+Precision = Literal["auto", "float32", "bfloat16"]
+LEAST_SIDE = 64
+
+
+@dataclass(slots=True, eq=False)
+class _Job:
+    """A pair that waits for the device, then its probability map."""
+
+    pictures: npt.NDArray[np.uint8]
+    probability: Field | None = None
+
+
+@dataclass
+class NetDetector:
+    """Change probabilities by a checkpoint; its fields are a run's settings, filled in on loading.
+
+    Attributes:
+        net: registry name.
+        checkpoint: path of the weights.
+        weights: fingerprint of the weights; where given, the file must still hold those.
+        bn_mode: "eval" or "batch"; else as the checkpoint says.
+        precision: "bfloat16" where the device is faster in it ("auto"), or as named.
+        batch: most pairs at a time; 0 = 8 on a GPU, 1 on a processor or with bn_mode "batch".
+    """
+
+    net: str
+    checkpoint: str
+    weights: str = ""
+    bn_mode: BatchNormMode | None = None
+    precision: Precision = "auto"
+    batch: int = 0
+    record: NetRecord = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        """Load the weights.
+
+        Raises:
+            NotFound, InvalidInput: see `load_checkpoint`; or when the weights have changed.
+        """
+        self._module, self.record = load_checkpoint(Path(self.checkpoint), self.net)
+        found = fingerprint(self._module)
+        if self.weights not in ("", found):
+            raise InvalidInput(
+                f"{self.checkpoint}: holds other weights ({found}) than this run began with"
+                f" ({self.weights}); give the new ones a run of their own with --name"
+            )
+        self._device = best_device()
+        if self.precision == "auto":
+            self.precision = "bfloat16" if bfloat16_pays(self._device) else "float32"
+        self.weights = found
+        self.bn_mode = self.bn_mode or self.record.bn_mode
+        if self.bn_mode == "batch":
+            self.batch = 1  # the statistics are to be of one pair
+        self.batch = self.batch or (8 if self._device == "cuda" else 1)
+        self._module.to(self._device).eval()
+        if self.bn_mode == "batch":
+            _use_batch_statistics(self._module)
+        self._waiting: list[_Job] = []
+        self._list, self._turn = threading.Lock(), threading.Lock()
+
+    @property
+    def threshold(self) -> float:
+        """The probability above which the checkpoint calls a pixel changed."""
+        return self.record.threshold
+
+    def detect(self, warped: Image, live: Image, valid: Mask) -> Field:
+        """Return the probability of change, float32 (H, W); 0 outside `valid`.
+
+        Raises:
+            ModelFailed: when a side is shorter than 64 pixels.
+        """
+        height, width = live.shape[:2]
+        if min(height, width) < LEAST_SIDE:
+            raise ModelFailed(f"{self.net}: needs {LEAST_SIDE} pixels a side, not {width}x{height}")
+        # Where nothing can be compared the net is shown twice the same, not an edge to black.
+        shown = np.where(valid[..., None], warped, live)
+        job = _Job(stack_pair(shown, live))
+        with self._list:
+            self._waiting.append(job)
+        with self._turn:
+            if job.probability is None:
+                self._infer(self._take(job))
+        assert job.probability is not None
+        job.probability[~valid] = 0
+        return job.probability
+
+    def _take(self, job: _Job) -> list[_Job]:
+        """Take a job and others of its size off the list."""
+        with self._list:
+            others = [
+                other
+                for other in self._waiting
+                if other is not job and other.pictures.shape == job.pictures.shape
+            ]
+            jobs = [job, *others[: self.batch - 1]]
+            self._waiting = [waiting for waiting in self._waiting if waiting not in jobs]
+        return jobs
+
+    def _infer(self, jobs: list[_Job]) -> None:
+        height, width = jobs[0].pictures.shape[1:]
+        pictures = torch.from_numpy(np.stack([job.pictures for job in jobs])).to(self._device)
+        multiple: Any = self._module.multiple
+        if self.bn_mode == "batch":
+            multiple = 2 * multiple  # a deepest map of one pixel has no statistics
+        inputs = pad_to_multiple(prepare(pictures, self.record.preprocessing), multiple)
+        fast = torch.autocast(self._device, torch.bfloat16, enabled=self.precision == "bfloat16")
+        with torch.inference_mode(), fast:
+            logits = self._module(inputs)[..., :height, :width]
+            probabilities = change_probability(logits, self.record.changed_class)
+        if not torch.isfinite(probabilities).all():
+            raise ModelFailed(f"{self.net}: gave values that are not finite for this pair")
+        for job, probability in zip(jobs, probabilities.cpu().numpy(), strict=True):
+            job.probability = np.array(probability, np.float32)
+
+
+def _use_batch_statistics(module: nn.Module) -> None:
+    """Let batch norms use what they see, without learning from it."""
+    for part in module.modules():
+        if isinstance(part, nn.BatchNorm2d):
+            part.train()
+            part.momentum = 0.0
