@@ -20,6 +20,8 @@ from reviewer.store.runs import STAGES, Stage
 
 Progress = Callable[[int, int], None]
 
+PAPER_THRESHOLD = 0.5
+
 
 @dataclass(slots=True)
 class RunReport:
@@ -51,7 +53,10 @@ def prepare_run(store: Store, name: str | None, settings: PipelineSettings) -> R
         )
         if member is not None
     }
-    settings = replace(settings, model_settings=in_force)
+    threshold = settings.threshold
+    if threshold is None:
+        threshold = getattr(built.detector, "threshold", PAPER_THRESHOLD)
+    settings = replace(settings, model_settings=in_force, threshold=threshold)
     members = {
         "aligner": settings.aligner,
         "detector": settings.detector,

@@ -24,7 +24,8 @@ class PipelineSettings:
         aligner, detector, segmenter: registry names; the last two may be "imported".
         model_settings: settings of each member by stage ("align", "detect", "search"); defaults
             where empty. A run's record holds all of them.
-        threshold: a pixel is changed where its probability exceeds this (paper: 0.5).
+        threshold: a pixel is changed where its probability exceeds this; None = as the
+            detector says, which is 0.5 (the paper) unless a checkpoint says otherwise.
         scope, low, high, max_overlap_px, overlaps, touching_only: see `reviewer.doi.integrate`.
     """
 
@@ -32,7 +33,7 @@ class PipelineSettings:
     detector: str = "difference"
     segmenter: str = "oversegment"
     model_settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    threshold: float = 0.5
+    threshold: float | None = None
     scope: Scope = "component"
     low: float = LOW
     high: float = HIGH
@@ -41,7 +42,7 @@ class PipelineSettings:
     touching_only: bool = False
 
     def __post_init__(self) -> None:
-        if not 0 <= self.threshold < 1:
+        if self.threshold is not None and not 0 <= self.threshold < 1:
             raise InvalidInput(f"threshold: must lie in [0, 1), but is {self.threshold}")
         if not 0 <= self.low <= self.high:
             raise InvalidInput(

@@ -86,6 +86,7 @@ def _detect(
     start = time.perf_counter()
     probability = detector.detect(warped, live, valid)
     seconds = time.perf_counter() - start
+    assert settings.threshold is not None, "a prepared run names its threshold"
     stored = store_detection(probability, settings.threshold, seconds)
     runs.save_detection(store, run.id, pair.id, stored)
 

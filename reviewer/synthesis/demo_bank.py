@@ -22,8 +22,11 @@ from reviewer.dataset.demo.renderer import Camera, Light, Scene
 from reviewer.dataset.demo.sensor import Exposure, develop
 from reviewer.dataset.demo.shapes import Material, Mesh, quad
 from reviewer.masks import encode_rle
+from reviewer.synthesis.bank import Bank, load_bank
 
 SIDE = 320
+OBJECTS_A_KIND = 24
+BANK_SEED = 1
 MARGIN = 1.15
 DISTANCE = 1.2  # metres; far enough for a small object to look as it does from the robot
 ELEVATION = (0.45, 1.25)  # radians above the floor under which the robot's camera sees objects
@@ -98,3 +101,13 @@ def _portrait(
     rendering = Scene([floor, turned], [lamp], (0.3, 0.3, 0.31)).render(camera, rng)
     picture = develop(rendering.light, Exposure(1.75, (1.0, 1.0, 1.0), noise=0.0), rng)
     return picture, rendering.object_number == 1
+
+
+def open_demo_bank(
+    folder: Path, progress: Callable[[int, int], None] = lambda done, total: None
+) -> Bank:
+    """Return the bank of rendered objects in `folder`, rendered first where it is not there."""
+    instances = folder / "instances.json"
+    if not instances.exists():
+        write_demo_bank(folder, a_kind=OBJECTS_A_KIND, seed=BANK_SEED, progress=progress)
+    return load_bank(instances, folder / "images", least_area_px=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,6 +70,24 @@ def make_pair(
         photograph(present, settings, rng, blurred=not past_is_blurred),
         come | gone,
     )
+
+
+def numbered_pair(
+    references: Sequence[Image],
+    bank: Bank,
+    settings: SynthesisSettings,
+    *,
+    seed: int,
+    stream: int,
+    number: int,
+    side: int | None = None,
+) -> SyntheticPair:
+    """Return pair `number` of a stream: of a whole reference image, or of a square of it."""
+    rng = pair_rng(seed, stream, number)
+    background = references[int(rng.integers(0, len(references)))]
+    if side is not None:
+        background = crop(background, side, rng)
+    return make_pair(background, bank, settings, rng)
 
 
 def crop(image: Image, side: int, rng: Rng) -> Image:

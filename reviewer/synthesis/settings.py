@@ -37,7 +37,7 @@ class SynthesisSettings:
 
     changes: tuple[int, int] = (1, 4)
     unchanged: int = 3
-    size_px: Range = (8.0, 160.0)
+    size_px: Range = (6.0, 120.0)
     rotation_degrees: float = 180.0
     feather_px: Range = (0.3, 1.0)
     colour_match: Range = (0.0, 0.7)

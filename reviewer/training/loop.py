@@ -56,7 +56,9 @@ class Fit:
         if wanted == "auto":
             self.precision = "bfloat16" if bfloat16_pays(self.device) else "float32"
         self.optimiser = torch.optim.Adam(net.parameters(), lr=settings.lr, betas=settings.betas)
-        self._weights = torch.tensor(settings.class_weights, device=self.device)
+        self._weights = torch.tensor(
+            settings.class_weights, dtype=torch.float32, device=self.device
+        )
 
     def state(self) -> dict[str, Any]:
         """Return all that is needed to go on."""

@@ -6,13 +6,17 @@ every split of their workspaces; `others` those of all other workspaces.
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 from reviewer.errors import InvalidInput
 from reviewer.records import Image
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs, list_splits
+from reviewer.synthesis.bank import Bank
+from reviewer.synthesis.settings import SynthesisSettings
 
 TrainOn = Literal["same_split", "same_workspace", "others"]
 
@@ -52,3 +56,18 @@ def _splits(store: Store, splits: Sequence[str], train_on: TrainOn) -> list[str]
         )
     inside = train_on == "same_workspace"
     return [s.name for s in known if s.workspace and (s.workspace in workspaces) == inside]
+
+
+def data_record(
+    references: Sequence[Image], bank: Bank, synthesis: SynthesisSettings
+) -> dict[str, Any]:
+    """Return what a training's record says of its data; `sha256` stands for all of it."""
+    images = sorted(image.sha256 for image in references)
+    parts = {"references": images, "bank": bank.sha256, "synthesis": synthesis.record()}
+    digest = hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+    return {
+        "sha256": digest,
+        "references": len(images),
+        "objects": len(bank.objects),
+        "bank_sha256": bank.sha256,
+    }

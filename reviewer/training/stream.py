@@ -17,7 +17,7 @@ from torch.utils.data import DataLoader, Dataset
 
 from reviewer.models.nets.pictures import stack_pair
 from reviewer.synthesis.bank import Bank
-from reviewer.synthesis.pairs import SyntheticPair, crop, make_pair, pair_rng
+from reviewer.synthesis.pairs import SyntheticPair, numbered_pair
 from reviewer.synthesis.settings import SynthesisSettings
 
 Image = npt.NDArray[np.uint8]
@@ -37,14 +37,20 @@ class SyntheticPairs(Dataset[tuple[Tensor, Tensor]]):
         stream: int,
     ) -> None:
         """Keep what pairs are made of."""
-        self.references, self.bank, self.settings = list(references), bank, settings
+        self.references, self.bank, self.settings = references, bank, settings
         self.side, self.seed, self.stream = side, seed, stream
 
     def pair(self, number: int) -> SyntheticPair:
         """Return a pair as pictures."""
-        rng = pair_rng(self.seed, self.stream, number)
-        reference = self.references[int(rng.integers(0, len(self.references)))]
-        return make_pair(crop(reference, self.side, rng), self.bank, self.settings, rng)
+        return numbered_pair(
+            self.references,
+            self.bank,
+            self.settings,
+            seed=self.seed,
+            stream=self.stream,
+            number=number,
+            side=self.side,
+        )
 
     def __getitem__(self, number: int) -> tuple[Tensor, Tensor]:
         """Return a pair as tensors."""

@@ -61,6 +61,7 @@ class CscdNet(nn.Module):
         self.dec_bn1 = nn.BatchNorm2d(c1)
         self.classifier = nn.Conv2d(c1, 2, 1)
         _xavier(self)
+        _start_alike(self)
 
     def forward(self, pictures: Tensor) -> Tensor:
         """Return logits (N, 2, H, W) of pictures (N, 6, H, W), reference then live."""
@@ -166,6 +167,15 @@ class _Block(nn.Module):
 
 def _up(x: Tensor) -> Tensor:
     return functional.interpolate(x, scale_factor=2, mode="bilinear", align_corners=True)
+
+
+def _start_alike(net: nn.Module) -> None:
+    """Give both encoders the same weights, as a backbone file does: comparing needs one language."""
+    own = net.state_dict()
+    with torch.no_grad():
+        for name, value in own.items():
+            if name.startswith("enc1_"):
+                own[name.replace("enc1_", "enc2_")].copy_(value)
 
 
 def _xavier(net: nn.Module) -> None:

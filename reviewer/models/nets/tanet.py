@@ -46,6 +46,8 @@ class TaNet(nn.Module):
         channels = scaled(width, 64, 128, 256, 512)
         self.encoder1 = _Encoder(channels)
         self.encoder2 = _Encoder(channels)
+        # Both start alike, as they do from a backbone file: comparing needs one language.
+        self.encoder2.load_state_dict(self.encoder1.state_dict())
         self.attention_module = _Attention(channels, windows, refinement, groups)
         self.decoder = _Decoder(channels)
         self.classifier = nn.Conv2d(channels[0], 2, 1)

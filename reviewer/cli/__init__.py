@@ -1,0 +1,29 @@
+"""The command line: one function call a command; errors a user can act on end in one line, exit 2.
+
+Heavy libraries are imported inside the commands, so `reviewer --help` answers at once. Commands are
+listed in the order of the imports here.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from reviewer.cli.options import app
+from reviewer.errors import ReviewerError
+
+# isort: off
+from reviewer.cli import data, pipeline, training, serving  # noqa: F401
+# isort: on
+
+__all__ = ["app", "main"]
+
+
+def main() -> None:
+    """Entry point: turn errors a user can act on into one line and exit code 2."""
+    try:
+        app()
+    except ReviewerError as error:
+        typer.echo(f"reviewer: {error}", err=True)
+        sys.exit(2)

@@ -1,0 +1,134 @@
+"""`import`, `import-layer`, `export`: what goes into the store and what comes out of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from reviewer.cli.options import DEFAULT_DB, Database, Splits, app, open_store, progress_bar
+from reviewer.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from reviewer.store.database import Store
+
+LayoutName = Literal["sequence", "t0t1"]
+PolarityName = Literal["auto", "white", "black"]
+LayerName = Literal["detection", "live-objects", "reference-objects"]
+ExportName = Literal["png", "coco"]
+
+
+@app.command("import")
+def import_(
+    folder: Annotated[Path, typer.Argument(help="A split, or a folder of splits.")],
+    layout: Annotated[LayoutName, typer.Option(help="Folder layout.")] = "sequence",
+    split: Annotated[str | None, typer.Option(help="Name of the split; else the folder's.")] = None,
+    polarity: Annotated[
+        PolarityName, typer.Option(help="Mask colour that means changed.")
+    ] = "auto",
+    max_distance: Annotated[
+        float, typer.Option(help="Largest viewpoint distance of a pair, metres.", min=0)
+    ] = 0.5,
+    metres_per_radian: Annotated[
+        float, typer.Option(help="Weight of heading in that distance.", min=0)
+    ] = 1.0,
+    db: Database = DEFAULT_DB,
+) -> None:
+    """Import splits: each one whole, or not at all; splits that are there are left alone."""
+    with open_store(db, create=True) as store:
+        import_all(store, folder, layout, polarity, split, max_distance, metres_per_radian)
+
+
+@app.command("import-layer")
+def import_layer(
+    kind: Annotated[LayerName, typer.Argument(help="What the files hold.")],
+    folder: Annotated[Path, typer.Argument(help="DIR/<split>/<pair>.png or .npy")],
+    run: Annotated[str, typer.Option(help="Run that shows it; made if it is new.")],
+    segmenter: Annotated[
+        str, typer.Option(help='Segmenter of a new run; "imported" for your own masks.')
+    ] = "imported",
+    detector: Annotated[
+        str, typer.Option(help='Detector of a new run; "imported" for your own maps.')
+    ] = "imported",
+    split: Splits = None,
+    db: Database = DEFAULT_DB,
+) -> None:
+    """Import your own detector's maps or object masks as layers of a run."""
+    from reviewer.dataset.layers import import_layer as bring_in
+    from reviewer.pipeline.fields import store_detection
+    from reviewer.pipeline.runner import prepare_run
+    from reviewer.pipeline.settings import PipelineSettings
+    from reviewer.store.pairs import list_pairs
+    from reviewer.store.runs import list_runs, run_of_name
+
+    with open_store(db) as store:
+        if run not in {known.name for known in list_runs(store)}:
+            prepare_run(store, run, PipelineSettings(detector=detector, segmenter=segmenter))
+        report = bring_in(
+            store,
+            run_of_name(store, run),
+            kind,
+            folder,
+            list_pairs(store, split or []),
+            lambda probability, threshold: store_detection(probability, threshold, 0.0),
+        )
+    for title in report.without_file:
+        typer.echo(f"without a file: {title}")
+    typer.echo(f"{report.imported} pairs got {kind}, {len(report.without_file)} have none")
+    typer.echo(f"next: reviewer run all --name {run}")
+
+
+@app.command()
+def export(
+    format: Annotated[ExportName, typer.Argument(help="png: a tree; coco: one JSON file.")],
+    target: Annotated[Path, typer.Argument(help="New folder or file.")],
+    split: Splits = None,
+    db: Database = DEFAULT_DB,
+) -> None:
+    """Export ground truth, all-zero masks included; whole or not at all."""
+    from reviewer.export.coco import export_coco
+    from reviewer.export.png import export_png
+    from reviewer.export.selection import select_labelled
+
+    with open_store(db) as store:
+        labelled, without = select_labelled(store, split or [])
+        writer = export_png if format == "png" else export_coco
+        count = writer(labelled, target)
+    typer.echo(f"{count} masks in {target}; {len(without)} pairs have no ground truth")
+
+
+def import_all(
+    store: Store,
+    folder: Path,
+    layout: LayoutName,
+    polarity: PolarityName,
+    split: str | None,
+    max_distance: float,
+    metres_per_radian: float,
+) -> None:
+    from reviewer.dataset.importer import ImportSettings, find_splits, import_split
+
+    found = find_splits(folder, layout)
+    if split is not None and len(found) > 1:
+        raise InvalidInput(f"--split {split}: {folder} holds {len(found)} splits, name one folder")
+    settings = ImportSettings(layout, polarity, max_distance, metres_per_radian)
+    reports = []
+    with progress_bar("import") as bar:
+        for name, place in found:
+            reports.append(
+                import_split(store, split or name, place, settings, lambda s, n, t: bar(n, t, s))
+            )
+    for report in reports:
+        for path, reason in report.skipped:
+            typer.echo(f"skipped {path}: {reason}")
+        if report.already_there:
+            typer.echo(f"{report.split}: is in the database already")
+        else:
+            typer.echo(
+                f"{report.split}: {report.pairs} pairs, {len(report.skipped)} files skipped,"
+                f" masks: {report.polarity}"
+            )
+    pairs = sum(report.pairs for report in reports)
+    skipped = sum(len(report.skipped) for report in reports)
+    typer.echo(f"{pairs} pairs imported, {skipped} files skipped")

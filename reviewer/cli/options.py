@@ -1,0 +1,63 @@
+"""The application object, and what several commands share: options, the store, progress bars."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import typer
+
+if TYPE_CHECKING:
+    from reviewer.store.database import Store
+
+app = typer.Typer(
+    name="reviewer",
+    help="Build, review and audit change-detection ground truth on reference/live image pairs.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+Database = Annotated[
+    Path, typer.Option("--db", envvar="REVIEWER_DB", help="SQLite database.", show_default=True)
+]
+Splits = Annotated[list[str] | None, typer.Option("--split", help="Only these splits; repeatable.")]
+DEFAULT_DB = Path("reviewer.db")
+
+FormatName = Literal["table", "json", "csv", "markdown"]
+
+
+def open_store(path: Path, *, create: bool = False) -> Store:
+    """Open the database a command works on."""
+    from reviewer.store.database import Store
+
+    return Store(path, create=create)
+
+
+@contextmanager
+def progress_bar(title: str) -> Iterator[Any]:
+    """A progress bar on the terminal: call it with (done, total, what)."""
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (
+        TextColumn(f"{title} {{task.description}}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, transient=True) as progress:
+        task = progress.add_task("", total=None)
+
+        def advance(done: int, total: int, what: str) -> None:
+            progress.update(task, completed=done, total=total, description=what)
+
+        yield advance

@@ -1,0 +1,90 @@
+"""`demo`, `serve`, `schema`: the app, with a world of its own or with yours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from reviewer.cli.data import import_all
+from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, progress_bar
+from reviewer.cli.pipeline import print_scores, run_stages
+from reviewer.errors import InvalidInput
+
+ClickModel = Annotated[
+    str,
+    typer.Option(
+        help="What answers clicks: grabcut, sam:PATH, sam2:PATH; a directory or a hub id.",
+        metavar="NAME[:PATH]",
+    ),
+]
+
+
+@app.command()
+def demo(
+    folder: Annotated[Path, typer.Option("--dir", help="Where the world is kept.")] = Path(
+        "demo-data"
+    ),
+    pairs_per_split: Annotated[str, typer.Option(help='Pairs a split, or "paper": 1875.')] = "4",
+    seed: Annotated[int, typer.Option(help="Another seed is another world.")] = 7,
+    workers: Annotated[int, typer.Option(help="Processes that render.", min=1)] = 2,
+    check: Annotated[bool, typer.Option("--check", help="Print the table and stop.")] = False,
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="The one port.")] = 8000,
+    token: Annotated[str | None, typer.Option(envvar="REVIEWER_TOKEN")] = None,
+    click: ClickModel = "grabcut",
+) -> None:
+    """Render the demo world, import it, run the weight-free pipeline, and open the app."""
+    from reviewer.dataset.demo.world import plan_splits, render_world
+    from reviewer.pipeline.settings import PipelineSettings
+
+    if pairs_per_split != "paper" and not (pairs_per_split.isdigit() and int(pairs_per_split) > 0):
+        raise InvalidInput(f'--pairs-per-split: a number or "paper", not {pairs_per_split!r}')
+    plans = plan_splits(None if pairs_per_split == "paper" else int(pairs_per_split), seed)
+    data = folder / f"world-{seed}-{pairs_per_split}"
+    total = sum(plan.pairs for plan in plans)
+    with progress_bar("render") as bar:
+        done = 0
+        for name, pairs in render_world(data, plans, workers=workers):
+            done += pairs
+            bar(done, total, name)
+    with open_store(data / "reviewer.db", create=True) as store:
+        import_all(store, data, "sequence", "auto", None, 0.5, 1.0)
+        run_stages(store, None, PipelineSettings(), "all", None, workers)
+        print_scores(store, None, "table")
+    if not check:
+        _serve(data / "reviewer.db", host, port, token, [], click)
+
+
+@app.command()
+def serve(
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="The one port.")] = 8000,
+    token: Annotated[
+        str | None, typer.Option(envvar="REVIEWER_TOKEN", help="Sign-in token; else a new one.")
+    ] = None,
+    allow_host: Annotated[
+        list[str] | None, typer.Option(help="Further host names of this server; repeatable.")
+    ] = None,
+    click: ClickModel = "grabcut",
+    db: Database = DEFAULT_DB,
+) -> None:
+    """Open the app on one port and print the link to sign in with."""
+    _serve(db, host, port, token, allow_host or [], click)
+
+
+@app.command()
+def schema() -> None:
+    """Print the database schema as Markdown (this is db/README.md)."""
+    from reviewer.store.describe import describe_schema
+
+    typer.echo(describe_schema())
+
+
+def _serve(
+    db: Path, host: str, port: int, token: str | None, allow_host: list[str], click: str
+) -> None:
+    from reviewer.app.server import serve_app
+
+    serve_app(db, host=host, port=port, token=token, allow_hosts=allow_host, click=click)

@@ -1,0 +1,191 @@
+"""The nets have their papers' parameters, names and arithmetic."""
+
+import pytest
+import torch
+from torch.nn import functional
+
+from reviewer.errors import InvalidInput
+from reviewer.models.nets.attention_mask import AttentionMask, descriptor_energy, texture_energy
+from reviewer.models.nets.build import NETS
+from reviewer.models.nets.temporal_attention import TemporalAttention
+from reviewer.models.registry import NET_NAMES, build_detector
+
+
+def shapes(name, width=1.0, **settings):
+    with torch.device("meta"):
+        return {
+            k: tuple(v.shape)
+            for k, v in build_detector(name, width, **settings).state_dict().items()
+        }
+
+
+@pytest.mark.parametrize(
+    ("name", "millions"), [("cscdnet", 94.20), ("cdnet", 92.31), ("dr-tanet", 33.39)]
+)
+def test_width_1_has_the_published_number_of_parameters(name, millions):
+    with torch.device("meta"):
+        net = build_detector(name, width=1.0)
+    assert round(sum(p.numel() for p in net.parameters()) / 1e6, 2) == millions
+
+
+def test_cscdnet_has_the_public_names_and_shapes():
+    found = shapes("cscdnet")
+    for encoder in ("enc1", "enc2"):
+        assert found[f"{encoder}_conv1.weight"] == (64, 3, 7, 7)
+        assert found[f"{encoder}_res2_1.downsample.0.weight"] == (128, 64, 1, 1)
+        assert found[f"{encoder}_res4_2.conv2.weight"] == (512, 512, 3, 3)
+        assert f"{encoder}_res1_1.downsample.0.weight" not in found
+        assert found[f"{encoder}_conv5.bias"] == (1024,)
+    assert found["dec_conv6.weight"] == (1024, 2048, 3, 3)
+    assert found["dec_conv5.weight"] == (512, 1024, 3, 3)
+    assert found["dec_res4_2.conv2.weight"] == (512, 512 + 1024, 3, 3)
+    assert found["dec_res4_1.downsample.2.weight"] == (256,)
+    assert found["dec_res2_2.conv1.weight"] == (128, 128 + 256 + 441, 3, 3)
+    assert found["dec_res1_2.conv2.weight"] == (64, 64 + 128, 3, 3)
+    assert found["dec_conv1.weight"] == (64, 633, 7, 7) and "dec_conv1.bias" not in found
+    assert found["classifier.weight"] == (2, 64, 1, 1)
+    assert shapes("cdnet")["dec_conv1.weight"] == (64, 192, 7, 7)
+
+
+def test_dr_tanet_has_the_public_names_and_shapes():
+    found = shapes("dr-tanet")
+    layer = "attention_module.attention_layer"
+    for stage, (channels, side) in enumerate([(64, 7), (128, 5), (256, 3), (512, 1)], start=1):
+        assert found[f"{layer}{stage}.w_q.weight"] == (channels, channels, 1, 1)
+        assert found[f"{layer}{stage}.rel_h"] == (channels // 2, 1, 1, side, 1)
+        assert found[f"{layer}{stage}.rel_w"] == (channels // 2, 1, 1, 1, side)
+    assert found["encoder2.layer2.0.downsample.1.running_mean"] == (128,)
+    assert found["attention_module.downsample3.weight"] == (512, 512, 3, 3)
+    assert found["decoder.upsample1.bottleneck.conv.weight"] == (1024, 512, 1, 1)
+    assert found["decoder.upsample4.blend_conv.norm.weight"] == (128,)
+    assert found["decoder.upsample4.blend_conv.conv.weight"] == (64, 128, 3, 3)
+    assert found["bn.running_var"] == (64,) and found["classifier.bias"] == (2,)
+    assert shapes("tanet", window=5)[f"{layer}4.rel_h"] == (256, 1, 1, 5, 1)
+
+
+@pytest.mark.parametrize("name", NET_NAMES)
+def test_every_net_gives_two_logits_a_pixel_and_learns_everywhere(name):
+    torch.manual_seed(0)
+    net = build_detector(name, width=0.125)
+    logits = net(torch.randn(2, 6, 2 * net.multiple, 3 * net.multiple))
+    assert logits.shape == (2, 2, 2 * net.multiple, 3 * net.multiple)
+    logits.square().mean().backward()
+    still = [
+        key
+        for key, p in net.named_parameters()
+        if p.grad is None or not torch.isfinite(p.grad).all()
+    ]
+    # With a window of one place the softmax is 1: nothing there can learn.
+    last = "attention_module.attention_layer4."
+    if name == "dr-tanet":
+        still = [key for key in still if key not in (last + "rel_h", last + "rel_w")]
+    assert not still
+
+
+@pytest.mark.parametrize("name", NET_NAMES)
+def test_both_encoders_start_alike_and_are_two(name):
+    state = build_detector(name, width=0.125).state_dict()
+    first, second = ("enc1_", "enc2_") if "cd" in name else ("encoder1.", "encoder2.")
+    own = [key for key in state if key.startswith(first) and state[key].ndim == 4]
+    assert own
+    for key in own:
+        other = state[key.replace(first, second)]
+        assert torch.equal(state[key], other) and state[key].data_ptr() != other.data_ptr()
+
+
+def test_the_registry_and_the_builders_name_the_same_nets():
+    assert sorted(NETS) == sorted(NET_NAMES)
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "message"),
+    [
+        ("difference", {}, "net 'difference': unknown"),
+        ("cscdnet", {"width": 0}, r"width: must lie in \(0, 4\], but is 0"),
+        ("tanet", {"window": 4}, "window: must be odd"),
+        ("cscdnet-attention", {"level": 1}, "attention level: must be 2 to 5, but is 1"),
+        ("cscdnet-attention", {"strength": 1.5}, "attention strength"),
+        ("cscdnet-attention", {"source": "mind"}, "there are descriptor-energy, texture-energy"),
+        ("cdnet", {"level": 3}, "net cdnet: .*level"),
+    ],
+)
+def test_bad_settings_are_told(name, settings, message):
+    with pytest.raises(InvalidInput, match=message):
+        build_detector(name, **settings)
+
+
+def attention_by_unfolding(layer, past, present, side, groups):
+    """Temporal attention as its paper writes it, with the whole window unfolded."""
+    n, c, h, w = past.shape
+    pad = side // 2
+    q, k, v = layer.w_q(present), layer.w_k(past), layer.w_v(past)
+
+    def window(x, up, left):
+        padded = functional.pad(x, (left, left, up, up))
+        return padded.unfold(2, 2 * up + 1, 1).unfold(3, 2 * left + 1, 1)
+
+    def attend(keys, values):
+        keys = keys.reshape(n, groups, c // groups, h, w, -1)
+        values = values.reshape(n, groups, c // groups, h, w, -1)
+        weights = (q.view(n, groups, c // groups, h, w, 1) * keys).sum(2).softmax(-1)
+        return (weights[:, :, None] * values).sum(-1).reshape(n, c, h, w)
+
+    keys = window(k, pad, pad)
+    upper, lower = keys.chunk(2, dim=1)
+    keys = torch.cat([upper + layer.rel_h, lower + layer.rel_w], dim=1)
+    answer = attend(keys, window(v, pad, pad))
+    if layer.refinement:
+        answer = answer + attend(window(k, 0, side), window(v, 0, side))
+        answer = answer + attend(window(k, side, 0), window(v, side, 0))
+    return answer
+
+
+@pytest.mark.parametrize("side", [1, 3, 5])
+@pytest.mark.parametrize("refinement", [False, True])
+def test_temporal_attention_equals_the_unfolded_one(side, refinement):
+    torch.manual_seed(side)
+    layer = TemporalAttention(16, side, groups=4, refinement=refinement).double()
+    past, present = torch.randn(2, 2, 16, 6, 7).double()
+    wanted = attention_by_unfolding(layer, past, present, side, groups=4)
+    torch.testing.assert_close(layer(past, present), wanted)
+
+
+def test_the_order_of_the_pictures_matters_to_dr_tanet():
+    torch.manual_seed(0)
+    net = build_detector("dr-tanet", width=0.125).eval()
+    past, present = torch.randn(1, 3, 64, 64), torch.randn(1, 3, 64, 64)
+    there, back = net(torch.cat([past, present], 1)), net(torch.cat([present, past], 1))
+    assert not torch.allclose(there, back)
+
+
+def test_the_attention_mask_damps_what_has_little_energy():
+    features = torch.ones(1, 4, 4, 4)
+    features[..., :2] = 0.1
+    image = torch.zeros(1, 3, 16, 16)
+    mask = AttentionMask(3, 0.8)
+    damped = mask(features, image)
+    assert torch.allclose(damped[..., 2:], features[..., 2:])
+    assert torch.allclose(damped[..., :2], features[..., :2] * (0.8 * 0.1 + 0.2))
+    assert torch.equal(AttentionMask(3, 0.0)(features, image), features)
+
+
+def test_a_mask_source_can_be_brought_along():
+    features, image = torch.ones(1, 4, 4, 4), torch.zeros(1, 3, 16, 16)
+    image[..., 8:] = torch.arange(8.0)
+    energy = texture_energy(features, image)
+    assert energy.shape == (1, 1, 4, 4) and energy[0, 0, 0, 3] > energy[0, 0, 0, 0] == 0
+    assert descriptor_energy(features, image).flatten().tolist() == [2.0] * 16
+    left = AttentionMask(2, 1.0, lambda f, i: (torch.arange(4) < 2).float().expand(1, 1, 4, 4))
+    assert left(features, image)[0, 0, 0].tolist() == [1, 1, 0, 0]
+
+
+def test_without_strength_the_mask_changes_nothing_in_the_net():
+    torch.manual_seed(0)
+    plain = build_detector("cscdnet", width=0.125).eval()
+    damped = build_detector("cscdnet-attention", width=0.125, strength=0.0).eval()
+    damped.load_state_dict(plain.state_dict())
+    pictures = torch.randn(1, 6, 64, 64)
+    assert torch.equal(plain(pictures), damped(pictures))
+    stronger = build_detector("cscdnet-attention", width=0.125, strength=0.9).eval()
+    stronger.load_state_dict(plain.state_dict())
+    assert not torch.allclose(plain(pictures), stronger(pictures))
