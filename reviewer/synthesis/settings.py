@@ -44,7 +44,7 @@ class SynthesisSettings:
     shadow: float = 0.6
     removal: float = 0.3
     homography_px: float = 1.5
-    flow_px: float = 1.0
+    flow_px: float = 1.5
     exposure: float = 1.25
     colour_cast: float = 1.06
     shade: float = 0.2

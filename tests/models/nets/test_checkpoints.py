@@ -121,10 +121,10 @@ def test_what_is_no_checkpoint_at_all_is_named(tmp_path):
     with pytest.raises(NotFound, match="no such checkpoint file"):
         load_checkpoint(tmp_path / "gone.pt")
     (tmp_path / "a.pt").write_bytes(b"hello there")
-    with pytest.raises(InvalidInput, match="a.pt: "):
+    with pytest.raises(InvalidInput, match=r"a\.pt: "):
         load_checkpoint(tmp_path / "a.pt")
     (tmp_path / "b.pt").write_bytes(pickle.dumps({"a": 1}))
-    with pytest.raises(InvalidInput, match="b.pt: "):
+    with pytest.raises(InvalidInput, match=r"b\.pt: "):
         load_checkpoint(tmp_path / "b.pt")
 
 
@@ -166,7 +166,7 @@ def test_a_failed_save_leaves_the_checkpoint_before(tmp_path, cscdnet, monkeypat
         raise RuntimeError("unexpected pos 64 vs 0")
 
     monkeypatch.setattr(torch, "save", full)
-    with pytest.raises(OSError, match="last.pt: could not be written"):
+    with pytest.raises(OSError, match=r"last\.pt: could not be written"):
         save_checkpoint(path, cscdnet, NetRecord("cscdnet", WIDTH, training={"iteration": 2}))
     assert load_checkpoint(path)[1].training == {"iteration": 1}
     assert [p.name for p in tmp_path.iterdir()] == ["last.pt"]

@@ -8,7 +8,7 @@ from reviewer.models.nets.correlation import correlate
 
 def by_definition(first, second, max_displacement=20, stride=2):
     """out[(j, i)][y, x] = mean_c a[c, y, x] * b[c, y + j, x + i], vertical slow, zero outside."""
-    count, channels, height, width = first.shape
+    count, _, height, width = first.shape
     steps = range(-max_displacement, max_displacement + 1, stride)
     out = torch.zeros(count, len(steps) ** 2, height, width, dtype=first.dtype)
     for row, j in enumerate(steps):
@@ -41,9 +41,9 @@ def test_it_equals_the_written_out_loop(shape, reach, stride):
 
 def test_gradients_are_right():
     torch.manual_seed(0)
-    maps = [torch.randn(2, 3, 5, 23, dtype=torch.double, requires_grad=True) for _ in range(2)]
+    maps = [torch.randn(2, 2, 3, 22, dtype=torch.double, requires_grad=True) for _ in range(2)]
     assert torch.autograd.gradcheck(
-        lambda a, b: correlate(a, b, max_displacement=4, stride=2), maps
+        lambda a, b: correlate(a, b, max_displacement=2, stride=2), maps
     )
 
 
