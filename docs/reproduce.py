@@ -1,6 +1,6 @@
 """Fill docs/table-a.md: the paper's Table A on the demo world, from training to scores.
 
-    python docs/reproduce.py            # everything that is not there yet; a stopped training goes on
+    python docs/reproduce.py            # all that is not there yet; a stopped training goes on
     python docs/reproduce.py --only cscdnet
 
 Each detector is trained on synthetic pairs of the world's reference images alone, in at most 30
@@ -73,7 +73,10 @@ def table() -> str:
     lines = json.loads(reviewer(f"evaluate --db {DB} --format json"))
     score = {(line["run"], line["method"], line["split"]): line for line in lines}
     runs = {net: DIFFERENCE if net == "difference" else net for net in TITLES}
-    rows = ["| | without DoI | with DoI | training | pairs | processor |", "|---|---|---|---|---|---|"]
+    rows = [
+        "| | without DoI | with DoI | training | pairs | processor |",
+        "|---|---|---|---|---|---|",
+    ]
     for net, title in TITLES.items():
         cells = [f"{score[runs[net], method, 'mean']['f_score']:.4f}" for method in ("base", "doi")]
         trained = ["-", "-", "-"]

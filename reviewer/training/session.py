@@ -37,7 +37,7 @@ from reviewer.synthesis.pairs import TRAINING, VALIDATION
 from reviewer.synthesis.settings import SynthesisSettings
 from reviewer.training.curve import draw_curve
 from reviewer.training.log import Log
-from reviewer.training.loop import Fit, Step
+from reviewer.training.loop import Fit, Step, TrainingFailed
 from reviewer.training.settings import TrainingSettings
 from reviewer.training.stream import SyntheticPairs
 
@@ -85,8 +85,8 @@ def train(
 
     Raises:
         Conflict: when the folder holds a training with other settings.
-        TrainingFailed: when the loss is not finite; the folder keeps the last checkpoint.
-        OSError: when a checkpoint cannot be written; the one before stays.
+        TrainingFailed: when the loss is not finite, or a checkpoint cannot be written (disk full);
+            the folder keeps the last one.
     """
     torch.manual_seed(settings.seed)
     net = build_net(settings.net, settings.width, **settings.net_settings)
@@ -121,28 +121,51 @@ def train(
         _write_png(folder / "pairs.png", contact_sheet(shown))
     log = Log(folder / "log.csv", fit.iteration)
     at = Validated(fit.iteration, Counts(), best_f, best_iteration)
-    while fit.iteration < settings.iterations:
-        until = min(settings.iterations, fit.iteration + settings.validate_every)
-        for step in fit.steps(training, until=until, workers=workers):
-            log.add(step)
-            on_step(step)
+    for step in fit.steps(training, until=settings.iterations, workers=workers):
+        log.add(step)
+        on_step(step)
+        if step.iteration % settings.validate_every and step.iteration < settings.iterations:
+            continue
         counts = fit.validate(validation)
-        f = f_score(counts)
-        record = _record(settings, identity, fit.iteration, counts)
-        if f > best_f:
-            best_f, best_iteration = f, fit.iteration
-            save_checkpoint(folder / "best.pt", net, record)
-        save_checkpoint(folder / "last.pt", net, record)
-        log.validated(fit.iteration, precision(counts), recall(counts), f)
-        log.flush()
-        save_whole(
-            folder / "state.pt",
-            {"fit": fit.state(), "best_f": best_f, "best_iteration": best_iteration},
+        better = f_score(counts) > at.best_f
+        at = Validated(
+            step.iteration,
+            counts,
+            f_score(counts) if better else at.best_f,
+            step.iteration if better else at.best_iteration,
         )
-        draw_curve(folder / "log.csv", folder / "curve.png", f"{settings.net} x {settings.width:g}")
-        at = Validated(fit.iteration, counts, best_f, best_iteration)
+        try:
+            _save(folder, fit, identity, at, log, better=better)
+        except OSError as error:
+            raise TrainingFailed(
+                f"iteration {step.iteration}: its checkpoint could not be written, {error};"
+                f" {folder} keeps the one before"
+            ) from error
         on_validation(at)
     return at
+
+
+def _save(
+    folder: Path,
+    fit: Fit,
+    identity: dict[str, dict[str, Any]],
+    at: Validated,
+    log: Log,
+    *,
+    better: bool,
+) -> None:
+    """Write checkpoints, log and curve; the state comes last, so it is never ahead of the rest."""
+    settings, counts = fit.settings, at.counts
+    record = _record(settings, identity, at)
+    for name in ("best.pt", "last.pt") if better else ("last.pt",):
+        save_checkpoint(folder / name, fit.net, record)
+    log.validated(at.iteration, precision(counts), recall(counts), f_score(counts))
+    log.flush()
+    draw_curve(
+        folder / "log.csv", folder / "curve.png", f"{settings.net}, width {settings.width:g}"
+    )
+    best = {"best_f": at.best_f, "best_iteration": at.best_iteration}
+    save_whole(folder / "state.pt", {"fit": fit.state(), **best})
 
 
 def _claim(folder: Path, identity: dict[str, dict[str, Any]]) -> None:
@@ -168,19 +191,19 @@ def _claim(folder: Path, identity: dict[str, dict[str, Any]]) -> None:
 
 
 def _record(
-    settings: TrainingSettings, identity: dict[str, Any], iteration: int, counts: Counts
+    settings: TrainingSettings, identity: dict[str, dict[str, Any]], at: Validated
 ) -> NetRecord:
     scores = {
-        "precision": precision(counts),
-        "recall": recall(counts),
-        "f_score": f_score(counts),
+        "precision": precision(at.counts),
+        "recall": recall(at.counts),
+        "f_score": f_score(at.counts),
     }
     return NetRecord(
         settings.net,
         settings.width,
         dict(settings.net_settings),
         preprocessing=settings.preprocessing,
-        training={**identity, "iteration": iteration, "synthetic_validation": scores},
+        training={**identity, "iteration": at.iteration, "synthetic_validation": scores},
     )
 
 

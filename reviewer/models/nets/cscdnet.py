@@ -170,7 +170,7 @@ def _up(x: Tensor) -> Tensor:
 
 
 def _start_alike(net: nn.Module) -> None:
-    """Give both encoders the same weights, as a backbone file does: comparing needs one language."""
+    """Give both encoders the same weights, as a backbone file does: they need one language."""
     own = net.state_dict()
     with torch.no_grad():
         for name, value in own.items():
