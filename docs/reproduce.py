@@ -23,13 +23,13 @@ ROOT = Path(__file__).resolve().parent.parent
 WORLD = Path("demo-data/world-7-4")
 DB = WORLD / "reviewer.db"
 COMMON = (
-    "--crop 256 --lr 1e-3 --class-weight 2 --validate-every 100 --validation-pairs 48"
-    " --synthesis changes=0,6"
+    "--crop 192 --lr 1e-3 --class-weight 2 --validate-every 150 --validation-pairs 48"
+    " --synthesis changes=0,5"
 )
 TRAININGS = {
-    "cscdnet": f"--width 0.125 --iterations 1650 --batch 2 {COMMON}",
-    "dr-tanet": f"--width 0.25 --iterations 2000 --batch 4 {COMMON}",
-    "cscdnet-attention": f"--width 0.125 --iterations 1650 --batch 2 {COMMON}",
+    "cscdnet": f"--width 0.125 --iterations 1500 --batch 4 {COMMON}",
+    "dr-tanet": f"--width 0.25 --iterations 3000 --batch 8 {COMMON}",
+    "cscdnet-attention": f"--width 0.125 --iterations 1500 --batch 4 {COMMON}",
 }
 TITLES = {
     "difference": "difference (no training)",

@@ -4,12 +4,18 @@ import json
 import subprocess
 import sys
 
+import cv2
+import numpy as np
 import pytest
 from scenes import write_split
 from typer.testing import CliRunner
 
 from reviewer.cli import app, main
+from reviewer.dataset.files import hash_file
 from reviewer.errors import ReviewerError
+from reviewer.store.database import Store
+from reviewer.store.runs import load_detection, run_of_name
+from reviewer.store.trainings import list_trainings
 
 
 def call(*arguments):
@@ -56,13 +62,23 @@ def test_an_own_detector_is_brought_in(folder):
     [(["evaluate"], "database reviewer.db: does not exist"),
      (["import", "nowhere"], "nowhere: is not a folder"),
      (["serve", "--host", "0.0.0.0", "--port", "0"], "can be reached by others"),
-     (["run", "--detector", "magic"], "detector 'magic': unknown; there are difference"),
+     (["run", "--detector", "magic"], "detector 'magic': unknown; there are cdnet, "),
      (["run", "--name", "x", "--low", "0.9", "--high", "0.1"], "need 0 <= low <= high"),
+     (["run", "--detector", "cscdnet"], "needs trained weights, --detector cscdnet:CHECKPOINT"),
+     (["run", "--detector", "cscdnet:no.pt"], "no.pt: no such checkpoint file"),
+     (["train", "cdnet", "--split", "cs7"], "split cs7: does not exist; there are cs1"),
+     (["train", "cdnet", "--train-on", "others"], "no split is left"),
+     (["train", "cdnet", "--lr", "0"], "training lr: must be > 0"),
+     (["train", "cdnet", "--synthesis", "removal=x"], "removal=x: 'x' is no float"),
+     (["train", "cdnet", "--synthesis", "size_px=3"], "size_px is 2 numbers with a comma"),
+     (["synth", "out", "--synthesis", "magic=1"], "--synthesis magic=1: not NAME=VALUE of changes"),
+     (["synth", "out", "--category", "pen"], "--images and --category: belong to --coco"),
+     (["synth", "out", "--coco", "no.json"], "no.json: does not exist"),
      (["evaluate", "--run", "none"], "run none: does not exist"),
      (["demo", "--pairs-per-split", "many"], 'a number or "paper"')],
 )  # fmt: skip
 def test_an_error_is_one_line_and_exit_code_2(folder, monkeypatch, capsys, arguments, message):
-    if arguments[0] in ("run", "serve") or "--run" in arguments:
+    if arguments[0] in ("run", "serve", "train", "synth") or "--run" in arguments:
         call("import", "data")
     monkeypatch.setattr(sys, "argv", ["reviewer", *arguments])
     with pytest.raises(SystemExit) as stopped:
@@ -88,6 +104,75 @@ def test_a_killed_run_resumes(folder):
     assert subprocess.run([sys.executable, "-c", code], cwd=folder).returncode == 9
     again = call("run", "--name", "x")
     assert "run x: 2 pairs done, 1 were done before, 0 failed" in again.output
+
+
+@pytest.fixture
+def blocks(folder):
+    """A COCO file with three blocks to paste, and the imported split."""
+    call("import", "data")
+    picture = np.full((60, 150, 3), 20, np.uint8)
+    annotations = []
+    for k, colour in enumerate([(20, 20, 240), (240, 40, 20), (240, 240, 240)]):
+        x = 50 * k + 5
+        picture[10:40, x : x + 40] = colour
+        polygon = [[x, 10, x + 40, 10, x + 40, 40, x, 40]]
+        annotations.append(
+            {"id": k, "image_id": 1, "category_id": 1, "area": 1200, "segmentation": polygon}
+        )
+    (folder / "coco" / "images").mkdir(parents=True)
+    cv2.imwrite(str(folder / "coco" / "images" / "a.png"), picture)
+    content = {
+        "images": [{"id": 1, "file_name": "a.png"}],
+        "annotations": annotations,
+        "categories": [{"id": 1, "name": "block"}],
+    }
+    (folder / "coco" / "instances.json").write_text(json.dumps(content))
+    return ["--coco", "coco/instances.json"]
+
+
+def test_synthetic_pairs_become_a_folder_that_can_be_imported(folder, blocks):
+    made = call("synth", "synthetic", "--count", "3", "--synthesis", "size_px=9,40", *blocks)
+    assert made.exit_code == 0, made.output
+    assert "3 objects to paste from coco/instances.json" in made.output
+    assert "3 pairs in synthetic; look at synthetic/contact-sheet.png" in made.output
+    record = json.loads((folder / "synthetic" / "synthesis.json").read_text())
+    assert record["synthesis"]["size_px"] == [9, 40] and record["data"]["references"] == 3
+    imported = call("import", "synthetic", "--layout", "t0t1", "--polarity", "white")
+    assert "synthetic: 3 pairs, 0 files skipped" in imported.output
+
+
+def test_from_training_over_a_kill_to_a_run(folder, blocks):
+    words = [
+        *["train", "cdnet", "--width", "0.125", "--iterations", "4", "--batch", "2"],
+        *["--crop", "64", "--validate-every", "2", "--validation-pairs", "2", *blocks],
+    ]
+    code = (
+        "import os, sys, reviewer.training.session as s\n"
+        "add = s.Log.add\n"
+        "s.Log.add = lambda log, step: os._exit(9) if step.iteration == 3 else add(log, step)\n"
+        f"sys.argv = {['reviewer', *words]!r}\n"
+        "from reviewer.cli import main; main()\n"
+    )
+    assert subprocess.run([sys.executable, "-c", code], cwd=folder).returncode == 9
+    done = call(*words)
+    assert done.exit_code == 0, done.output
+    assert "encoders start from random weights" in done.output
+    assert "cdnet: 4 iterations; best F on synthetic validation" in done.output
+    with Store(folder / "reviewer.db") as store:
+        (training,) = list_trainings(store)
+    assert training.iteration == 4 and training.checkpoint == "trainings/cdnet/best.pt"
+    assert training.settings["data"]["splits"] == []
+    best = folder / training.checkpoint
+    assert training.checkpoint_sha256 == hash_file(best)
+    ran = call("run", "--name", "net", "--detector", f"cdnet:{best}")
+    assert "run net: 3 pairs done, 0 were done before, 0 failed" in ran.output, ran.output
+    assert "0 pairs done, 3 were done before" in call("run", "--name", "net").output
+    with Store(folder / "reviewer.db") as store:
+        settings = run_of_name(store, "net").settings
+        detection = load_detection(store, run_of_name(store, "net").id, 1)
+    assert settings["threshold"] == 0.5
+    assert settings["model_settings"]["detect"]["checkpoint"] == str(best)
+    assert detection.probability_png is not None
 
 
 def test_the_pages_made_from_the_code_are_up_to_date():
