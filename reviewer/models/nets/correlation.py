@@ -4,14 +4,15 @@
 
 with r = max_displacement / s, j and i from -r to r, zero outside b. Displacements are multiples of
 the stride s, so pixels meet only pixels of their own residue mod s: the maps are cut into s x s
-phases, in each of which the window is dense. There, a block of neighbours in a row meets a strip of
-candidates in one matrix product, of which the band is kept. That does about twice the arithmetic of
-the definition at many times its speed, and never holds more than one row of the window besides the
-result.
+phases, in each of which the window is dense. There, in each row, a block of neighbours meets in one
+matrix product the patch of all that any of them can meet, and a band of the product is the result.
+That does about twice the arithmetic of the definition at many times its speed, and holds besides
+the result little more than the maps.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import torch
@@ -60,11 +61,11 @@ class _Correlation(torch.autograd.Function):
             queries = _blocks(first[:, :, rows, columns]).mul_(1 / channels)
             strips = _strips(second[:, :, rows, columns], radius)
             part = volume[:, :, :, rows, columns]
-            height_here, width_here = part.shape[-2:]
-            for shift in range(side):
-                products = queries @ strips[:, shift : shift + height_here]
-                band = _band(products, side).flatten(2, 3)[:, :, :width_here]
-                part[:, shift] = band.permute(0, 3, 1, 2)
+            for sample, block, across in _places(part):
+                patches = _patches(strips[sample, block], side)
+                products = torch.bmm(queries[sample, block], patches)
+                band = _band(products, side)
+                part[sample, ..., across] = band[..., : across.stop - across.start]
         return volume.view(count, side * side, height, width)
 
     @staticmethod
@@ -75,23 +76,27 @@ class _Correlation(torch.autograd.Function):
         count, channels, height, width = first.shape
         side = 2 * radius + 1
         gradient = gradient.view(count, side, side, height, width)
-        to_first, to_second = torch.zeros_like(first), torch.zeros_like(second)
+        to_first, to_second = torch.empty_like(first), torch.empty_like(second)
         for rows, columns in _phases(height, width, stride):
             queries = _blocks(first[:, :, rows, columns])
             strips = _strips(second[:, :, rows, columns], radius)
-            query_sum, strip_sum = torch.zeros_like(queries), torch.zeros_like(strips)
+            to_queries, to_strips = torch.empty_like(queries), torch.zeros_like(strips)
             part = gradient[:, :, :, rows, columns]
             height_here, width_here = part.shape[-2:]
-            spread = queries.new_zeros(*queries.shape[:3], BLOCK, BLOCK + side - 1)
-            for shift in range(side):
-                row = part[:, shift].permute(0, 2, 3, 1)
-                padded = functional.pad(row, (0, 0, 0, -width_here % BLOCK))
-                _band(spread, side).copy_(padded.reshape(*queries.shape[:4], side))
-                below = slice(shift, shift + height_here)
-                query_sum += spread @ strips[:, below].transpose(-1, -2)
-                strip_sum[:, below] += queries.transpose(-1, -2) @ spread
-            to_first[:, :, rows, columns] = _from_blocks(query_sum, width_here)
-            to_second[:, :, rows, columns] = _from_strips(strip_sum, radius, width_here)
+            products = first.new_zeros(height_here, BLOCK, side * (BLOCK + side - 1))
+            for sample, block, across in _places(part):
+                band = _band(products, side)
+                band[..., : across.stop - across.start] = part[sample, ..., across]
+                band[..., across.stop - across.start :] = 0
+                patches = _patches(strips[sample, block], side)
+                torch.bmm(products, patches.transpose(1, 2), out=to_queries[sample, block])
+                to_patches = torch.bmm(queries[sample, block].transpose(1, 2), products)
+                to_rows = to_patches.view(height_here, channels, side, -1).transpose(0, 1)
+                for shift in range(side):
+                    below = slice(shift, shift + height_here)
+                    to_strips[sample, block, :, below] += to_rows[:, :, shift]
+            to_first[:, :, rows, columns] = _from_blocks(to_queries, width_here)
+            to_second[:, :, rows, columns] = _from_strips(to_strips, radius, width_here)
         return to_first.div_(channels), to_second.div_(channels), None, None
 
 
@@ -103,36 +108,52 @@ def _phases(height: int, width: int, stride: int) -> list[tuple[slice, slice]]:
     ]
 
 
+def _places(part: Tensor) -> Iterator[tuple[int, int, slice]]:
+    """Yield (sample, block, columns of the block) of a phase of the volume."""
+    width = part.shape[-1]
+    for sample in range(len(part)):
+        for block, start in enumerate(range(0, width, BLOCK)):
+            yield sample, block, slice(start, min(start + BLOCK, width))
+
+
 def _blocks(image: Tensor) -> Tensor:
-    """(N, C, H, W) -> (N, H, ceil(W / BLOCK), BLOCK, C), rows padded with zeros."""
+    """(N, C, H, W) -> (N, ceil(W / BLOCK), H, BLOCK, C), rows padded with zeros."""
     padded = functional.pad(image, (0, -image.shape[-1] % BLOCK))
     blocks = padded.view(*padded.shape[:3], -1, BLOCK)
-    return blocks.permute(0, 2, 3, 4, 1).contiguous()
+    return blocks.permute(0, 3, 2, 4, 1).contiguous()
 
 
 def _from_blocks(blocks: Tensor, width: int) -> Tensor:
-    return blocks.flatten(2, 3)[:, :, :width].permute(0, 3, 1, 2)
+    return blocks.permute(0, 4, 2, 1, 3).flatten(3)[..., :width]
 
 
 def _strips(image: Tensor, radius: int) -> Tensor:
-    """(N, C, H, W) -> (N, H + 2r, blocks, C, BLOCK + 2r): what each block of a row can meet."""
-    right = radius - image.shape[-1] % -BLOCK
+    """(N, C, H, W) -> (N, blocks, C, H + 2r, BLOCK + 2r): what a block of columns can meet."""
+    right = radius + -image.shape[-1] % BLOCK
     padded = functional.pad(image, (radius, right, radius, radius))
-    return padded.unfold(3, BLOCK + 2 * radius, BLOCK).permute(0, 2, 3, 1, 4).contiguous()
+    return padded.unfold(3, BLOCK + 2 * radius, BLOCK).permute(0, 3, 1, 2, 4).contiguous()
 
 
 def _from_strips(strips: Tensor, radius: int, width: int) -> Tensor:
     """Add strips up where they overlap, and cut the padding off."""
-    count, height, blocks, channels, _ = strips.shape
-    row = strips.new_zeros(count, channels, height, blocks * BLOCK + 2 * radius)
+    count, blocks, channels, height, _ = strips.shape
+    rows = strips.new_zeros(count, channels, height, blocks * BLOCK + 2 * radius)
     for block in range(blocks):
         start = block * BLOCK
-        row[..., start : start + BLOCK + 2 * radius] += strips[:, :, block].transpose(1, 2)
-    return row[:, :, radius : height - radius, radius : radius + width]
+        rows[..., start : start + BLOCK + 2 * radius] += strips[:, block]
+    return rows[:, :, radius : height - radius, radius : radius + width]
+
+
+def _patches(strip: Tensor, side: int) -> Tensor:
+    """View a strip (C, H + 2r, K) as (H, C, side * K): the rows that each row can meet, no copy."""
+    channels, height, width = strip.shape
+    shape = (height - side + 1, channels, side * width)
+    return strip.as_strided(shape, (width, height * width, 1), strip.storage_offset())
 
 
 def _band(products: Tensor, side: int) -> Tensor:
-    """View (.., BLOCK, BLOCK + side - 1) as (.., BLOCK, side): entry (k, i) is column k + i."""
-    outer, (row, column) = products.stride()[:-2], products.stride()[-2:]
-    shape = (*products.shape[:-1], side)
-    return products.as_strided(shape, (*outer, row + column, column), products.storage_offset())
+    """View (H, BLOCK, side * K) as (side, side, H, BLOCK): neighbour k meets columns k + i."""
+    row, neighbour, column = products.stride()
+    reach = BLOCK + side - 1
+    shape = (side, side, len(products), BLOCK)
+    return products.as_strided(shape, (reach * column, column, row, neighbour + column))
