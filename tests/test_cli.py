@@ -7,12 +7,15 @@ import sys
 import cv2
 import numpy as np
 import pytest
+import torch
 from scenes import write_split
 from typer.testing import CliRunner
 
 from reviewer.cli import app, main
 from reviewer.dataset.files import hash_file
 from reviewer.errors import ReviewerError
+from reviewer.models.nets.checkpoints import load_checkpoint
+from reviewer.models.registry import build_detector
 from reviewer.store.database import Store
 from reviewer.store.runs import load_detection, run_of_name
 from reviewer.store.trainings import list_trainings
@@ -164,6 +167,9 @@ def test_from_training_over_a_kill_to_a_run(folder, blocks):
     assert training.settings["data"]["splits"] == []
     best = folder / training.checkpoint
     assert training.checkpoint_sha256 == hash_file(best)
+    said = call("checkpoint", best)
+    assert "cdnet, width 0.125, 1.45 M parameters" in said.output
+    assert "trained here: iteration" in said.output
     ran = call("run", "--name", "net", "--detector", f"cdnet:{best}")
     assert "run net: 3 pairs done, 0 were done before, 0 failed" in ran.output, ran.output
     assert "0 pairs done, 3 were done before" in call("run", "--name", "net").output
@@ -173,6 +179,20 @@ def test_from_training_over_a_kill_to_a_run(folder, blocks):
     assert settings["threshold"] == 0.5
     assert settings["model_settings"]["detect"]["checkpoint"] == str(best)
     assert detection.probability_png is not None
+
+
+def test_a_public_checkpoint_gets_its_record(folder):
+    torch.save(build_detector("cscdnet", 0.125).state_dict(), folder / "public.pth")
+    words = ["--net", "cscdnet-attention", "--bn-mode", "batch", "--threshold", "0.4"]
+    saved = call("checkpoint", "public.pth", "--save", "ours.pt", *words)
+    assert "next: reviewer run --detector cscdnet-attention:ours.pt" in saved.output
+    _, record = load_checkpoint(folder / "ours.pt")
+    assert (record.net, record.bn_mode, record.threshold) == ("cscdnet-attention", "batch", 0.4)
+    assert "changed: class 1 where p > 0.4" in call("checkpoint", "ours.pt").output
+    call("import", "data")
+    call("run", "detect", "--name", "net", "--detector", "cscdnet-attention:ours.pt")
+    with Store(folder / "reviewer.db") as store:
+        assert run_of_name(store, "net").settings["threshold"] == 0.4
 
 
 def test_the_pages_made_from_the_code_are_up_to_date():

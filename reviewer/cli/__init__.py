@@ -1,7 +1,7 @@
 """The command line: one function call a command; errors a user can act on end in one line, exit 2.
 
-Heavy libraries are imported inside the commands, so `reviewer --help` answers at once. Commands are
-listed in the order of the imports here.
+Heavy libraries are imported inside the commands, so `reviewer --help` answers at once. A command
+registers itself when its module is imported here.
 """
 
 from __future__ import annotations
@@ -10,12 +10,9 @@ import sys
 
 import typer
 
+from reviewer.cli import checkpoints, data, pipeline, serving, training  # noqa: F401
 from reviewer.cli.options import app
 from reviewer.errors import ReviewerError
-
-# isort: off
-from reviewer.cli import data, pipeline, training, serving  # noqa: F401
-# isort: on
 
 __all__ = ["app", "main"]
 

@@ -101,7 +101,9 @@ def train(
     name: Annotated[str | None, typer.Option(help="Name of the training; else the net's.")] = None,
     split: Annotated[
         list[str] | None,
-        typer.Option("--split", "--splits", help="Splits it is for; all by default; repeatable."),
+        typer.Option(
+            "--split", "--splits", help="Splits it is for, cs1,cs2 or repeated; else all."
+        ),
     ] = None,
     train_on: TrainOn = "same_split",
     width: Annotated[float, typer.Option(help="Factor on channels; 1 is the paper's net.")] = 1.0,
@@ -152,6 +154,7 @@ def train(
     from reviewer.training.session import train as fit
     from reviewer.training.settings import TrainingSettings
 
+    splits = [each for text in split or [] for each in text.split(",")]
     given = {"iterations": iterations, "batch": batch, "lr": lr}
     of_net = {"level": level, "strength": strength, "source": source, "window": window}
     settings = TrainingSettings.of_paper(
@@ -173,13 +176,13 @@ def train(
     if backbone is None:
         typer.echo("encoders start from random weights (--backbone-weights takes a ResNet-18)")
     with open_store(db) as store:
-        references = select_references(store, split or [], train_on)
+        references = select_references(store, splits, train_on)
         bank = _bank(store, coco, images, category, least_area, seed)
         title = name or detector
         folder = store.folder / "trainings" / title
         record = {
             **data_record(references, bank, pasting),
-            "splits": sorted(split or []),
+            "splits": sorted(splits),
             "train_on": train_on,
         }
         shelf = Shelf([image.path for image in references])

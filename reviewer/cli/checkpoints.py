@@ -1,0 +1,63 @@
+"""`checkpoint`: say what a weights file is, and give a bare one the record it lacks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from reviewer.cli.options import app
+from reviewer.cli.training import DetectorName, PreprocessingName
+
+
+@app.command()
+def checkpoint(
+    path: Annotated[Path, typer.Argument(help="Weights of a net: ours, or a public state dict.")],
+    save: Annotated[
+        Path | None, typer.Option(help="Write it here with its record, as changed below.")
+    ] = None,
+    net: Annotated[
+        DetectorName | None, typer.Option(help="Which net, where the keys fit two.")
+    ] = None,
+    preprocessing: Annotated[
+        PreprocessingName | None, typer.Option(help="What it was trained with.")
+    ] = None,
+    bn_mode: Annotated[
+        Literal["eval", "batch"] | None,
+        typer.Option(help="Batch norm by training, or by the pair at hand (public CSCDNet)."),
+    ] = None,
+    threshold: Annotated[float | None, typer.Option(help="Changed where p is above.")] = None,
+    changed_class: Annotated[
+        int | None, typer.Option(help="Which of its two classes means changed (polarity).")
+    ] = None,
+) -> None:
+    """Say what a checkpoint is; --save writes it with its preprocessing, threshold, polarity."""
+    from dataclasses import replace
+
+    from reviewer.models.nets.checkpoints import load_checkpoint, save_checkpoint
+
+    module, record = load_checkpoint(path, net)
+    given: dict[str, Any] = {
+        "preprocessing": preprocessing,
+        "bn_mode": bn_mode,
+        "threshold": threshold,
+        "changed_class": changed_class,
+    }
+    record = replace(record, **{key: value for key, value in given.items() if value is not None})
+    parameters = sum(p.numel() for p in module.parameters())
+    typer.echo(f"{record.net}, width {record.width:g}, {parameters / 1e6:.2f} M parameters")
+    for key, value in record.settings.items():
+        typer.echo(f"{key}: {value}")
+    typer.echo(f"preprocessing: {record.preprocessing}, bn_mode: {record.bn_mode}")
+    typer.echo(f"changed: class {record.changed_class} where p > {record.threshold:g}")
+    if record.training:
+        scores = record.training["synthetic_validation"]
+        typer.echo(
+            f"trained here: iteration {record.training['iteration']}, seed"
+            f" {record.training['training']['seed']}, F {scores['f_score']:.4f} on synthetic"
+            f" validation, data {record.training['data']['sha256'][:12]}"
+        )
+    if save is not None:
+        save_checkpoint(save, module, record)
+        typer.echo(f"next: reviewer run --detector {record.net}:{save}")
