@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 DEV := $(VENV)/.dev
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint fmt docs bench clean
+.PHONY: help demo test lint fmt docs bench reproduce clean
 
 help: ## Show this list
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -46,6 +46,9 @@ docs: $(DEV) ## Write the generated pages: docs/cli.md, db/README.md
 
 bench: $(DEV) ## Measure the limits; see benchmarks/
 	$(BIN)/python benchmarks/core.py
+
+reproduce: $(READY) ## Train the detectors of Table A on the demo world and write docs/table-a.md
+	$(BIN)/python docs/reproduce.py
 
 clean: ## Remove what make made
 	rm -rf $(VENV) demo-data

@@ -253,7 +253,7 @@ def _synthesis(given: Sequence[str] | None) -> SynthesisSettings:
         name, equals, value = text.partition("=")
         if name not in known or not equals:
             raise InvalidInput(f"--synthesis {text}: not NAME=VALUE of {', '.join(known)}")
-        default = getattr(defaults, name)
+        default = (0.0, 1.0) if name == "rows" else getattr(defaults, name)
         kind = type(default[0]) if isinstance(default, tuple) else type(default)
         try:
             numbers = [kind(part) for part in value.split(",")]

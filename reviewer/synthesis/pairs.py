@@ -37,12 +37,19 @@ def pair_rng(seed: int, stream: int, number: int) -> Rng:
 
 
 def make_pair(
-    background: Image, bank: Bank, settings: SynthesisSettings, rng: Rng
+    background: Image,
+    bank: Bank,
+    settings: SynthesisSettings,
+    rng: Rng,
+    rows: tuple[int, int] | None = None,
 ) -> SyntheticPair:
     """Paste objects on two copies of a reference image and tell the copies apart.
 
     Objects that both have come first, so that a change is never hidden beneath one. What only the
     reference has is a change too; its mask is where a person would draw it in the live frame.
+
+    Args:
+        rows: rows of the background between which objects lie; anywhere without.
     """
     past = background.astype(np.float32)
     height, width = past.shape[:2]
@@ -52,15 +59,15 @@ def make_pair(
         return int(rng.integers(0, len(objects)))
 
     for _ in range(int(rng.integers(0, settings.unchanged + 1))):
-        lay(past, place(objects[draw()], past, settings, rng))
+        lay(past, place(objects[draw()], past, settings, rng, rows))
     present = past.copy()
     gone, come = np.zeros((height, width), np.bool_), np.zeros((height, width), np.bool_)
     for _ in range(int(rng.integers(settings.changes[0], settings.changes[1] + 1))):
         removed = rng.random() < settings.removal
         picture, changed = (past, gone) if removed else (present, come)
-        placed = place(objects[draw()], picture, settings, rng)
+        placed = place(objects[draw()], picture, settings, rng, rows)
         lay(picture, placed)
-        mark(changed, placed, True)
+        mark(changed, placed)
     flow = displacement(height, width, settings, rng)
     past, gone = moved(past, flow), moved_mask(gone, flow)
     past, present = relight(past, settings, rng), relight(present, settings, rng)
@@ -85,13 +92,21 @@ def numbered_pair(
     """Return pair `number` of a stream: of a whole reference image, or of a square of it."""
     rng = pair_rng(seed, stream, number)
     background = references[int(rng.integers(0, len(references)))]
+    rows = None
+    if settings.rows is not None:
+        low, high = (round(share * len(background)) for share in settings.rows)
+        rows = low, high
     if side is not None:
-        background = crop(background, side, rng)
-    return make_pair(background, bank, settings, rng)
+        background, top = crop(background, side, rng)
+        rows = rows and (rows[0] - top, rows[1] - top)
+    return make_pair(background, bank, settings, rng, rows)
 
 
-def crop(image: Image, side: int, rng: Rng) -> Image:
+def crop(image: Image, side: int, rng: Rng) -> tuple[Image, int]:
     """Cut a random square out of an image; its sides are not swapped and nothing is stretched.
+
+    Returns:
+        The square, and the row of the image at its top.
 
     Raises:
         InvalidInput: when the image is smaller than the square.
@@ -100,4 +115,4 @@ def crop(image: Image, side: int, rng: Rng) -> Image:
     if min(height, width) < side:
         raise InvalidInput(f"crop of {side} pixels: the reference image is only {width}x{height}")
     y, x = int(rng.integers(0, height - side + 1)), int(rng.integers(0, width - side + 1))
-    return image[y : y + side, x : x + side]
+    return image[y : y + side, x : x + side], y

@@ -38,8 +38,21 @@ class Placed:
     shadow_y: int
 
 
-def place(cutout: Cutout, picture: Picture, settings: SynthesisSettings, rng: Rng) -> Placed:
-    """Choose size, turn and place of a cutout on a picture; the whole of it lies inside."""
+def place(
+    cutout: Cutout,
+    picture: Picture,
+    settings: SynthesisSettings,
+    rng: Rng,
+    rows: tuple[int, int] | None = None,
+) -> Placed | None:
+    """Choose size, turn and place of a cutout on a picture; the whole of it lies inside.
+
+    Args:
+        rows: rows of the picture between which its middle is to lie; anywhere without.
+
+    Returns:
+        None when those rows leave it no place.
+    """
     height, width = picture.shape[:2]
     low, high = settings.size_px
     high = min(high, 0.8 * min(height, width))
@@ -47,7 +60,12 @@ def place(cutout: Cutout, picture: Picture, settings: SynthesisSettings, rng: Rn
     pixels, alpha = _turned(cutout, longest, settings, rng)
     h, w = alpha.shape
     x = int(rng.integers(0, max(1, width - w + 1)))
-    y = int(rng.integers(0, max(1, height - h + 1)))
+    first, last = 0, max(0, height - h)
+    if rows is not None:
+        first, last = max(first, rows[0] - h // 2), min(last, rows[1] - h // 2)
+        if last < first:
+            return None
+    y = int(rng.integers(first, last + 1))
     solid = np.asarray(alpha >= 0.5)
     soft = float(rng.uniform(*settings.feather_px))
     if soft > 0:
@@ -68,8 +86,10 @@ def place(cutout: Cutout, picture: Picture, settings: SynthesisSettings, rng: Rn
     return Placed(np.asarray(pixels, np.float32), alpha, solid, x, y, shadow, shift_x, shift_y)
 
 
-def lay(picture: Picture, placed: Placed) -> None:
+def lay(picture: Picture, placed: Placed | None) -> None:
     """Draw a placed object and its shadow into a picture."""
+    if placed is None:
+        return
     if placed.shadow is not None:
         here, there = _overlap(
             picture.shape,
@@ -83,10 +103,12 @@ def lay(picture: Picture, placed: Placed) -> None:
     picture[here] += alpha * (placed.pixels[there] - picture[here])
 
 
-def mark(mask: Mask, placed: Placed, value: bool) -> None:
+def mark(mask: Mask, placed: Placed | None) -> None:
     """Set the pixels of a mask that the object covers."""
+    if placed is None:
+        return
     here, there = _overlap(mask.shape, placed.solid.shape, placed.x, placed.y)
-    mask[here][placed.solid[there]] = value
+    mask[here][placed.solid[there]] = True
 
 
 def _turned(

@@ -21,6 +21,8 @@ class SynthesisSettings:
         changes: fewest and most objects that only one picture of a pair has.
         unchanged: most objects that both pictures have, so that "is an object" is not the answer.
         size_px: longest side of an object, pixels; uniform in its logarithm.
+        rows: shares of the height of the reference image between which objects lie (0 = top),
+            such as (0.4, 1) for the floor; None = anywhere, as in the paper.
         rotation_degrees: largest turn to either side.
         feather_px: softness of an object's rim, sigma.
         colour_match: share of an object's mean colour that is taken from its surroundings.
@@ -38,6 +40,7 @@ class SynthesisSettings:
     changes: tuple[int, int] = (1, 4)
     unchanged: int = 3
     size_px: Range = (6.0, 120.0)
+    rows: Range | None = None
     rotation_degrees: float = 180.0
     feather_px: Range = (0.3, 1.0)
     colour_match: Range = (0.0, 0.7)
@@ -69,10 +72,14 @@ class SynthesisSettings:
         for name in ("unchanged", "homography_px", "flow_px", "noise", "blur_px"):
             if getattr(self, name) < 0:
                 raise InvalidInput(f"synthesis {name}: must be >= 0, but is {getattr(self, name)}")
+        if self.rows is not None and not 0 <= self.rows[0] < self.rows[1] <= 1:
+            raise InvalidInput(f"synthesis rows: need 0 <= top < bottom <= 1, not {self.rows}")
         if self.size_px[0] < 2:
             raise InvalidInput(f"synthesis size_px: objects have 2 pixels, not {self.size_px[0]}")
 
     def record(self) -> dict[str, Any]:
-        """Return the settings as plain JSON values."""
+        """Return the settings as plain JSON values; what is not set is left out."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}
+        return {
+            k: list(v) if isinstance(v, tuple) else v for k, v in values.items() if v is not None
+        }

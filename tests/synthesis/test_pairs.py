@@ -148,9 +148,26 @@ def test_objects_keep_to_their_sizes_and_lie_inside(bank):
     assert min(sizes) >= 9 and max(sizes) <= 31 and np.ptp(sizes) > 12
 
 
+def test_objects_lie_between_the_rows_of_the_whole_image(bank):
+    settings = only(rows=(0.75, 1.0), changes=(2, 2), size_px=(8, 20))
+    middles = []
+    for side in (None, 64):
+        for number in range(12):
+            pair = numbered_pair(
+                [textured(0)], bank, settings, seed=0, stream=0, number=number, side=side
+            )
+            rows = np.nonzero(pair.mask)[0]
+            if side is None:
+                middles.append(rows.min() > 0.75 * 120 - 14)
+            elif len(rows):
+                middles.append(rows.max() > 20)
+    assert all(middles) and 12 < len(middles) < 24
+
+
 def test_a_crop_is_a_square_as_it_was():
     image = textured(0)
-    cut = crop(image, 64, np.random.default_rng(0))
+    cut, top = crop(image, 64, np.random.default_rng(0))
+    assert (image[top] == cut[0, 0]).all(axis=1).any()
     windows = np.lib.stride_tricks.sliding_window_view(image, (64, 64, 3))[:, :, 0]
     assert cut.shape == (64, 64, 3) and (windows == cut).all(axis=(2, 3, 4)).any()
     with pytest.raises(
@@ -166,6 +183,7 @@ def test_a_crop_is_a_square_as_it_was():
         ({"shadow": 1.2}, r"shadow: must lie in \[0, 1\]"),
         ({"exposure": 0.5}, "exposure: a factor from 1 to 4"),
         ({"noise": -1.0}, "noise: must be >= 0"),
+        ({"rows": (0.5, 0.5)}, "rows: need 0 <= top < bottom <= 1"),
         ({"size_px": (1.0, 9.0)}, "size_px: objects have 2 pixels"),
     ],
 )
