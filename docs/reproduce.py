@@ -15,9 +15,22 @@ import json
 import os
 import resource
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+import cv2
+import numpy as np
+
+from reviewer.dataset.files import read_rgb
+from reviewer.masks import decode_rle
+from reviewer.pipeline.fields import load_probability
+from reviewer.records import Pair
+from reviewer.store.database import Store
+from reviewer.store.pairs import list_pairs
+from reviewer.store.revisions import newest_revision
+from reviewer.store.runs import load_detection, run_of_name
 
 ROOT = Path(__file__).resolve().parent.parent
 WORLD = Path("demo-data/world-7-4")
@@ -37,6 +50,8 @@ TITLES = {
     "cscdnet": "CSCDNet",
     "cscdnet-attention": "CSCDNet + Siamese attention mask",
 }
+SHOWN = ("cs1/0000", "cr2/0001", "hw1/0002", "lr2/0000", "cs3/0001")
+CELL = (240, 180)
 DIFFERENCE = "dis-difference-oversegment-component"
 
 
@@ -101,6 +116,44 @@ def table() -> str:
     return "\n".join(rows) + "\n"
 
 
+def pictures() -> None:
+    """Write the pictures of the page: synthetic pairs, a curve, and what each detector finds."""
+    sheet = ROOT / WORLD / "synthetic" / "contact-sheet.png"
+    if not sheet.exists():
+        reviewer(f"synth {WORLD / 'synthetic'} --count 6 --seed 5 --db {DB}")
+    images = ROOT / "docs" / "images"
+    shutil.copy(sheet, images / "synthetic-pairs.png")
+    shutil.copy(ROOT / WORLD / "trainings/cscdnet/curve.png", images / "training-curve.png")
+    with Store(ROOT / DB) as store:
+        pairs = {pair.title: pair for pair in list_pairs(store)}
+        rows = [_found(store, pairs[title]) for title in SHOWN]
+    head = np.full((30, rows[0].shape[1], 3), 24, np.uint8)
+    for k, title in enumerate(["live", "truth", *TITLES.values()]):
+        text = title.replace(" (no training)", "").replace(" Siamese attention", "")
+        place = (8 + k * CELL[0], 21)
+        cv2.putText(head, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (225,) * 3, 1, cv2.LINE_AA)
+    whole = np.vstack([head, *rows])
+    cv2.imwrite(str(images / "table-a-detections.png"), whole[..., ::-1])
+
+
+def _found(store: Store, pair: Pair) -> np.ndarray:
+    """Return a row: live, truth, and the probability map of each detector."""
+    revision = newest_revision(store, pair.id)
+    assert revision is not None, f"pair {pair.title} has no ground truth"
+    cells = [read_rgb(pair.live.path), _grey(decode_rle(revision.mask).astype(np.float32))]
+    for net in TITLES:
+        run = run_of_name(store, DIFFERENCE if net == "difference" else net)
+        detection = load_detection(store, run.id, pair.id)
+        assert detection is not None, f"run {run.name} has no detection of {pair.title}"
+        cells.append(_grey(load_probability(detection)))
+    small = [cv2.resize(cell, CELL, interpolation=cv2.INTER_AREA) for cell in cells]
+    return np.hstack(small)
+
+
+def _grey(values: np.ndarray) -> np.ndarray:
+    return np.repeat((values * 255).astype(np.uint8)[..., None], 3, axis=2)
+
+
 def main() -> None:
     """Do what is not done, and write the table into its page."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -114,6 +167,7 @@ def main() -> None:
     for net in TRAININGS:
         train(net)
         detect(net)
+    pictures()
     page = ROOT / "docs" / "table-a.md"
     head, _, rest = page.read_text().partition("<!-- table -->\n")
     tail = rest.partition("<!-- end -->\n")[2]

@@ -93,13 +93,15 @@ class Clicks:
 
     def _ahead(self, client: Hashable, wanted: list[tuple[int, Picture]], run: Run | None) -> None:
         """Embed one image a turn, so that a click waits for one image at most."""
-        if not wanted:
+        if not wanted or self._worker.stopped:
             return
         (pair_id, picture), rest = wanted[0], wanted[1:]
 
         def work() -> None:
-            self._embedding(pair_of_id(self._store, pair_id), run, picture, None)
-            self._ahead(client, rest, run)
+            try:
+                self._embedding(pair_of_id(self._store, pair_id), run, picture, None)
+            finally:  # a picture that cannot be had must not keep the others back
+                self._ahead(client, rest, run)
 
         self._worker.submit(client, Urgency.AHEAD, work)
 

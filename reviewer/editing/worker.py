@@ -45,6 +45,11 @@ class Worker:
         self._thread = Thread(target=self._loop, name=name, daemon=True)
         self._thread.start()
 
+    @property
+    def stopped(self) -> bool:
+        """Whether it takes no more work."""
+        return self._stopped
+
     def submit(
         self, client: Hashable, urgency: Urgency, work: Callable[[], Result]
     ) -> Future[Result]:

@@ -130,9 +130,15 @@ class NetDetector:
             multiple = 2 * multiple  # a deepest map of one pixel has no statistics
         inputs = pad_to_multiple(prepare(pictures, self.record.preprocessing), multiple)
         fast = torch.autocast(self._device, torch.bfloat16, enabled=self.precision == "bfloat16")
-        with torch.inference_mode(), fast:
-            logits = self._module(inputs)[..., :height, :width]
-            probabilities = change_probability(logits, self.record.changed_class)
+        try:
+            with torch.inference_mode(), fast:
+                logits = self._module(inputs)[..., :height, :width]
+                probabilities = change_probability(logits, self.record.changed_class)
+        except torch.OutOfMemoryError as error:
+            raise ModelFailed(
+                f"{self.net}: {len(jobs)} pairs of {width}x{height} do not fit into the memory of"
+                f" {self._device}; use fewer --workers or smaller images"
+            ) from error
         if not torch.isfinite(probabilities).all():
             raise ModelFailed(f"{self.net}: gave values that are not finite for this pair")
         for job, probability in zip(jobs, probabilities.cpu().numpy(), strict=True):

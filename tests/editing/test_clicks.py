@@ -1,5 +1,7 @@
 """Clicks on a pair, with a segmenter that counts."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,21 @@ def test_both_pictures_of_the_next_pairs_are_embedded_ahead(clicks, segmenter, r
                 pass
             ask(clicks, pair, run, picture)
     assert len(segmenter.embedded) == 4
+
+
+def test_a_picture_that_cannot_be_had_does_not_keep_the_next_pairs_back(
+    db, clicks, segmenter, run, tiny_split
+):
+    first, second = tiny_split[:2]
+    db.write(lambda c: c.execute("DELETE FROM alignments WHERE pair_id = ?", [first.id]))
+    clicks.embed_ahead("Ada", [first.id, second.id], run)
+    for _ in range(500):
+        if len(segmenter.embedded) == 3:
+            break
+        time.sleep(0.01)
+    ask(clicks, second, run, "live")
+    ask(clicks, second, run, "reference")
+    assert len(segmenter.embedded) == 3
 
 
 def test_a_crop_is_segmented_by_itself_and_pasted_back(clicks, segmenter, run, tiny_split):

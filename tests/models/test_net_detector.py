@@ -32,6 +32,11 @@ def checkpoint(tmp_path_factory):
     return write
 
 
+def _gives_nan(layer, x):
+    size = [-(-side // layer.stride[0]) for side in x.shape[2:]]
+    return torch.full((len(x), layer.out_channels, *size), torch.nan)
+
+
 def pair(height, width):
     rng = np.random.default_rng(0)
     reference, live = rng.integers(0, 256, (2, height, width, 3), np.uint8)
@@ -127,11 +132,22 @@ def test_a_pair_that_fails_does_not_take_others_along(checkpoint, monkeypatch):
     detector = open_detector("cdnet", {"checkpoint": str(checkpoint("cdnet"))})
     with pytest.raises(ModelFailed, match="cdnet: needs 64 pixels a side, not 80x63"):
         detector.detect(*pair(63, 80))
-    monkeypatch.setattr(nn.Conv2d, "forward", lambda *_: torch.full((1, 2, 64, 64), torch.nan))
-    with pytest.raises((ModelFailed, RuntimeError)):
+    monkeypatch.setattr(nn.Conv2d, "forward", _gives_nan)
+    with pytest.raises(ModelFailed, match="cdnet: gave values that are not finite"):
         detector.detect(*pair(64, 64))
     monkeypatch.undo()
     assert detector.detect(*pair(64, 64)).shape == (64, 64)
+
+
+def test_too_little_memory_fails_the_pair_by_name(checkpoint, monkeypatch):
+    detector = open_detector("cdnet", {"checkpoint": str(checkpoint("cdnet"))})
+
+    def full(*_):
+        raise torch.OutOfMemoryError("CUDA out of memory")
+
+    monkeypatch.setattr(nn.Conv2d, "forward", full)
+    with pytest.raises(ModelFailed, match="cdnet: 1 pairs of 64x64 do not fit into the memory"):
+        detector.detect(*pair(64, 64))
 
 
 def test_a_run_s_settings_hold_what_decides_the_result(checkpoint):
