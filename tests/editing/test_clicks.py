@@ -59,6 +59,7 @@ def test_a_picture_that_cannot_be_had_does_not_keep_the_next_pairs_back(
         if len(segmenter.embedded) == 3:
             break
         time.sleep(0.01)
+    assert len(segmenter.embedded) == 3
     ask(clicks, second, run, "live")
     ask(clicks, second, run, "reference")
     assert len(segmenter.embedded) == 3
