@@ -160,6 +160,7 @@ def test_from_training_over_a_kill_to_a_run(folder, blocks):
     done = call(*words)
     assert done.exit_code == 0, done.output
     assert "encoders start from random weights" in done.output
+    assert "iteration 4: F " in done.output and "iteration 2: F " not in done.output
     assert "cdnet: 4 iterations; best F on synthetic validation" in done.output
     with Store(folder / "reviewer.db") as store:
         (training,) = list_trainings(store)

@@ -148,6 +148,7 @@ def train(
     db: Database = DEFAULT_DB,
 ) -> None:
     """Train a detector on synthetic pairs; the same command again goes on where it was stopped."""
+    from reviewer.metrics import f_score
     from reviewer.synthesis.shelf import Shelf
     from reviewer.training.selection import data_record, select_references
     from reviewer.training.session import TrainingData
@@ -189,6 +190,10 @@ def train(
         data = TrainingData(shelf, bank, pasting, record)
 
         def keep(at: Validated) -> None:
+            typer.echo(
+                f"iteration {at.iteration}: F {f_score(at.counts):.4f} on synthetic validation,"
+                f" best {at.best_f:.4f} at {at.best_iteration}"
+            )
             _keep(store, title, folder, settings.record(), pasting.record(), record, at)
 
         with progress_bar(title) as bar:
