@@ -4,6 +4,8 @@ from pathlib import Path
 
 import torch
 from transformers import (
+    EfficientLoFTRConfig,
+    EfficientLoFTRForKeypointMatching,
     Sam2Config,
     Sam2HieraDetConfig,
     Sam2MaskDecoderConfig,
@@ -69,6 +71,22 @@ def write_sam2(folder: Path, seed: int = 1) -> Path:
         mask_decoder_config=Sam2MaskDecoderConfig(**DECODER),
     )
     return _save(Sam2Model(config), folder, seed)
+
+
+def write_loftr(folder: Path, seed: int = 1) -> Path:
+    """Write an EfficientLoFTR with few channels and layers."""
+    config = EfficientLoFTRConfig(
+        stage_num_blocks=[1, 1, 1, 1],
+        out_features=[16, 16, 16, 32],
+        hidden_size=32,
+        num_attention_layers=1,
+        num_attention_heads=8,
+        initializer_range=0.02,
+        coarse_matching_threshold=0.0,  # random weights are never sure
+    )
+    torch.manual_seed(seed)
+    EfficientLoFTRForKeypointMatching(config).save_pretrained(folder)
+    return folder
 
 
 def _save(model, folder: Path, seed: int) -> Path:

@@ -28,7 +28,9 @@ ScopeName = Literal["component", "image"]
 def run(
     stage: Annotated[StageName, typer.Argument(help="Stage, or all of them.")] = "all",
     name: Annotated[str | None, typer.Option(help="Name of the run.")] = None,
-    aligner: Annotated[str | None, typer.Option(help="dis, homography")] = None,
+    aligner: Annotated[
+        str | None, typer.Option(help="dis, ecc, homography; loftr or loftr:DIRECTORY-OR-HUB-ID")
+    ] = None,
     detector: Annotated[
         str | None,
         typer.Option(help="difference, imported; cscdnet:CHECKPOINT, dr-tanet:CHECKPOINT, ..."),
@@ -47,8 +49,9 @@ def run(
     from reviewer.store.runs import list_runs
 
     member, _, checkpoint = (detector or "").partition(":")
+    alignment, _, matcher = (aligner or "").partition(":")
     given: dict[str, Any] = {
-        "aligner": aligner,
+        "aligner": alignment or None,
         "detector": member or None,
         "segmenter": segmenter,
         "scope": scope,
@@ -57,8 +60,14 @@ def run(
         "threshold": threshold,
     }
     given = {key: value for key, value in given.items() if value is not None}
+    members: dict[str, Any] = {}
     if checkpoint:
-        given["model_settings"] = {"detect": {"checkpoint": str(Path(checkpoint).resolve())}}
+        members["detect"] = {"checkpoint": str(Path(checkpoint).resolve())}
+    if matcher:
+        folder = Path(matcher)
+        members["align"] = {"checkpoint": str(folder.resolve()) if folder.is_dir() else matcher}
+    if members:
+        given["model_settings"] = members
     with open_store(db) as store:
         stored = {known.name: known.settings for known in list_runs(store)}.get(name or "", {})
         if {"aligner", "detector", "segmenter"} & set(given):

@@ -10,9 +10,6 @@ Sources: Kirillov et al., Segment Anything (ICCV 2023); Ravi et al., SAM 2 (2024
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
@@ -20,12 +17,11 @@ import cv2
 import numpy as np
 import torch
 import torch.nn.functional as F
-from transformers import PreTrainedConfig, Sam2Model, SamModel
-from transformers.utils import logging as progress
+from transformers import Sam2Model, SamModel
 
-from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
 from reviewer.models.device import fingerprint, has_bfloat16
+from reviewer.models.hub import load_pretrained
 from reviewer.models.interfaces import Candidate, Embedding, Image, Prompt
 
 Kind = Literal["sam", "sam2"]
@@ -58,36 +54,13 @@ class SamClicks:
         Raises:
             InvalidInput: when there is none, it is of another kind, or weights are missing.
         """
-        hint = "name a directory or a hub id, or use --click grabcut, which needs no weights"
-        folder = Path(name).expanduser()
-        # With more or fewer parts than a hub id it can only be a path: no waiting for the hub.
-        if not folder.is_dir() and (folder.is_absolute() or len(Path(name).parts) != 2):
-            raise InvalidInput(f"--click {kind}:{name}: there is no such directory; {hint}")
-        source = str(folder) if folder.is_dir() else name
-        try:
-            with _quiet():
-                config, _ = PreTrainedConfig.get_config_dict(source)
-                found = config.get("model_type")
-                if found not in MODEL_TYPES[kind]:
-                    raise InvalidInput(
-                        f"--click {kind}:{name}: holds a model of type {found!r}, not {kind}"
-                    )
-                model, report = CLASSES[kind].from_pretrained(
-                    source, dtype=torch.float32, output_loading_info=True
-                )
-        except InvalidInput:
-            raise
-        except Exception as error:  # the libraries below raise a dozen unrelated classes here
-            reason = str(error).strip().partition("\n")[0]
-            raise InvalidInput(
-                f"--click {kind}:{name}: cannot be loaded, {reason}; {hint}"
-            ) from error
-        if report["missing_keys"]:
-            first = sorted(report["missing_keys"])[0]
-            raise InvalidInput(
-                f"--click {kind}:{name}: {len(report['missing_keys'])} weights are missing,"
-                f" the first is {first}"
-            )
+        model = load_pretrained(
+            CLASSES[kind],
+            name,
+            f"--click {kind}:{name}",
+            types=MODEL_TYPES[kind],
+            instead="name a directory or a hub id, or use --click grabcut, which needs no weights",
+        )
         return cls(kind, model, name)
 
     @property
@@ -178,18 +151,3 @@ class SamClicks:
     def _fast(self) -> Any:
         fast = self.device == "cuda" or has_bfloat16()
         return torch.autocast(self.device, torch.bfloat16, enabled=fast)
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep the loader's progress bars and its note on "sam2_video" off the terminal."""
-    log = logging.getLogger("transformers.configuration_utils")
-    level, shown = log.level, progress.is_progress_bar_enabled()
-    log.setLevel(logging.ERROR)
-    progress.disable_progress_bar()  # type: ignore[no-untyped-call]
-    try:
-        yield
-    finally:
-        log.setLevel(level)
-        if shown:
-            progress.enable_progress_bar()  # type: ignore[no-untyped-call]

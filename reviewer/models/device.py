@@ -7,6 +7,8 @@ import hashlib
 import torch
 from torch import nn
 
+from reviewer.errors import InvalidInput
+
 
 def best_device() -> str:
     """Return "cuda" where there is a GPU, else "cpu"."""
@@ -31,3 +33,18 @@ def fingerprint(module: nn.Module) -> str:
         digest.update(name.encode())
         digest.update(tensor.contiguous().view(-1).view(torch.uint8).cpu().numpy())
     return digest.hexdigest()
+
+
+def check_weights(checkpoint: str, module: nn.Module, recorded: str) -> str:
+    """Return the fingerprint of a module that was loaded from `checkpoint`.
+
+    Raises:
+        InvalidInput: when a run began with others; `recorded` is their fingerprint, or "".
+    """
+    found = fingerprint(module)
+    if recorded not in ("", found):
+        raise InvalidInput(
+            f"{checkpoint}: holds other weights ({found}) than this run began with ({recorded});"
+            " give the new ones a run of their own with --name"
+        )
+    return found

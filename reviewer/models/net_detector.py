@@ -17,9 +17,8 @@ import numpy.typing as npt
 import torch
 from torch import nn
 
-from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
-from reviewer.models.device import best_device, bfloat16_pays, fingerprint
+from reviewer.models.device import best_device, bfloat16_pays, check_weights
 from reviewer.models.interfaces import Field, Image, ModelFailed
 from reviewer.models.nets.checkpoints import BatchNormMode, NetRecord, load_checkpoint
 from reviewer.models.nets.pictures import change_probability, pad_to_multiple, prepare, stack_pair
@@ -64,16 +63,10 @@ class NetDetector:
             NotFound, InvalidInput: see `load_checkpoint`; or when the weights have changed.
         """
         self._module, self.record = load_checkpoint(Path(self.checkpoint), self.net)
-        found = fingerprint(self._module)
-        if self.weights not in ("", found):
-            raise InvalidInput(
-                f"{self.checkpoint}: holds other weights ({found}) than this run began with"
-                f" ({self.weights}); give the new ones a run of their own with --name"
-            )
+        self.weights = check_weights(self.checkpoint, self._module, self.weights)
         self._device = best_device()
         if self.precision == "auto":
             self.precision = "bfloat16" if bfloat16_pays(self._device) else "float32"
-        self.weights = found
         self.bn_mode = self.bn_mode or self.record.bn_mode
         if self.bn_mode == "batch":
             self.batch = 1  # the statistics are to be of one pair

@@ -19,15 +19,27 @@ Model = TypeVar("Model")
 
 
 def _homography(**settings: Any) -> Aligner:
-    from reviewer.models.aligners import HomographyAligner
+    from reviewer.models.aligners.planes import HomographyAligner
 
     return HomographyAligner(**settings)
 
 
 def _dis(**settings: Any) -> Aligner:
-    from reviewer.models.aligners import DisAligner
+    from reviewer.models.aligners.dense import DisAligner
 
     return DisAligner(**settings)
+
+
+def _ecc(**settings: Any) -> Aligner:
+    from reviewer.models.aligners.planes import EccAligner
+
+    return EccAligner(**settings)
+
+
+def _loftr(**settings: Any) -> Aligner:
+    from reviewer.models.aligners.matches import LoftrAligner
+
+    return LoftrAligner(**settings)
 
 
 def _difference(**settings: Any) -> Detector:
@@ -78,7 +90,12 @@ def _sam2(path: str) -> ClickSegmenter:
 
 
 DEFAULT_SAM2 = "facebook/sam2.1-hiera-tiny"
-ALIGNERS: dict[str, Callable[..., Aligner]] = {"dis": _dis, "homography": _homography}
+ALIGNERS: dict[str, Callable[..., Aligner]] = {
+    "dis": _dis,
+    "ecc": _ecc,
+    "homography": _homography,
+    "loftr": _loftr,
+}
 NET_NAMES = ("cdnet", "cscdnet", "cscdnet-attention", "dr-tanet", "tanet")
 DETECTORS: dict[str, Callable[..., Detector]] = {
     "difference": _difference,

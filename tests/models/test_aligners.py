@@ -19,7 +19,7 @@ def large(seed):
     return np.kron(textured(seed), np.ones((2, 2, 1), np.uint8))
 
 
-@pytest.mark.parametrize("name", ["dis", "homography"])
+@pytest.mark.parametrize("name", ["dis", "ecc", "homography"])
 def test_a_known_shift_is_found_in_the_direction_live_to_reference(name):
     reference = large(3)
     live = shifted(reference, 6, -4)
@@ -32,7 +32,7 @@ def test_a_known_shift_is_found_in_the_direction_live_to_reference(name):
     assert error < 0.35 * np.abs(reference.astype(int) - live)[alignment.valid].mean()
 
 
-@pytest.mark.parametrize("name", ["dis", "homography"])
+@pytest.mark.parametrize("name", ["dis", "ecc", "homography"])
 def test_what_leaves_the_reference_is_not_valid(name):
     reference = large(4)
     alignment = build_aligner(name).align(reference, shifted(reference, 20, 0))

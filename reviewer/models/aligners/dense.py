@@ -1,7 +1,6 @@
-"""Classical aligners: one homography from SIFT matches, and dense flow (DIS).
+"""Dense flow (DIS), checked forwards and backwards; flow is live -> reference.
 
-Flow is live -> reference. Dense flow: Kroeger et al., "Fast Optical Flow using Dense Inverse
-Search", ECCV 2016, as OpenCV implements it; features are Lowe's, the homography is MAGSAC++.
+Kroeger et al., "Fast Optical Flow using Dense Inverse Search", ECCV 2016, as OpenCV implements it.
 """
 
 from __future__ import annotations
@@ -10,58 +9,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import numpy.typing as npt
 
 from reviewer.masks import Mask
+from reviewer.models.aligners.planes import flow_of_homography, grey
 from reviewer.models.interfaces import Alignment, Field, Image, ModelFailed
 from reviewer.models.warping import inside, sample_field
-
-
-@dataclass(frozen=True, slots=True)
-class HomographyAligner:
-    """One plane for the whole view: right for distant or flat scenes, cheap, never bends objects.
-
-    Attributes:
-        ratio: Lowe's ratio test on the two best matches.
-        tolerance_px: reprojection error of an inlier.
-        least_inliers: below this the pair counts as not aligned.
-    """
-
-    ratio: float = 0.8
-    tolerance_px: float = 3.0
-    least_inliers: int = 12
-
-    def align(self, reference: Image, live: Image) -> Alignment:
-        """Estimate the homography and turn it into a flow field."""
-        matrix = self.estimate(reference, live)
-        flow = _flow_of_homography(matrix, *live.shape[:2])
-        return Alignment(flow, inside(flow, *reference.shape[:2]))
-
-    def estimate(self, reference: Image, live: Image) -> npt.NDArray[np.float64]:
-        """Return the 3x3 matrix that maps live pixels to reference pixels."""
-        sift = cv2.SIFT.create(nfeatures=1500)
-        live_points, live_features = sift.detectAndCompute(_grey(live), None)
-        past_points, past_features = sift.detectAndCompute(_grey(reference), None)
-        if live_features is None or past_features is None or len(past_features) < 2:
-            raise ModelFailed("aligner homography: an image has no features to match")
-        pairs = cv2.BFMatcher(cv2.NORM_L2).knnMatch(live_features, past_features, k=2)
-        good = [p[0] for p in pairs if len(p) == 2 and p[0].distance < self.ratio * p[1].distance]
-        if len(good) < self.least_inliers:
-            raise ModelFailed(
-                f"aligner homography: {len(good)} matches, but {self.least_inliers} are needed"
-            )
-        source = np.array([live_points[m.queryIdx].pt for m in good], np.float32)
-        target = np.array([past_points[m.trainIdx].pt for m in good], np.float32)
-        cv2.setRNGSeed(0)
-        matrix, inliers = cv2.findHomography(
-            source, target, cv2.USAC_MAGSAC, self.tolerance_px, maxIters=2000, confidence=0.999
-        )
-        found = 0 if inliers is None else int(inliers.sum())
-        if matrix is None or found < self.least_inliers:
-            raise ModelFailed(
-                f"aligner homography: {found} inliers, but {self.least_inliers} are needed"
-            )
-        return np.asarray(matrix, np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,13 +59,9 @@ class DisAligner:
         return Alignment(flow, inside(flow, height, width))
 
 
-def _grey(image: Image) -> Image:
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
-
-
 def _even_light(image: Image) -> Image:
     """Equalise local contrast, so that another exposure does not look like motion."""
-    equalised = cv2.createCLAHE(clipLimit=3.0, tileGridSize=(8, 6)).apply(_grey(image))
+    equalised = cv2.createCLAHE(clipLimit=3.0, tileGridSize=(8, 6)).apply(grey(image))
     return np.asarray(equalised, np.uint8)
 
 
@@ -133,14 +81,7 @@ def _fit_plane(flow: Field, agreed: Mask) -> Field | None:
     matrix, _ = cv2.findHomography(source, target, cv2.USAC_MAGSAC, 2.0, maxIters=500)
     if matrix is None:
         return None
-    return _flow_of_homography(np.asarray(matrix, np.float64), *flow.shape[:2])
-
-
-def _flow_of_homography(matrix: npt.NDArray[np.float64], height: int, width: int) -> Field:
-    y, x = np.mgrid[0:height, 0:width].astype(np.float32)
-    points = np.stack([x, y], axis=2)
-    landed = cv2.perspectiveTransform(points.reshape(-1, 1, 2), matrix)
-    return np.asarray(landed.reshape(height, width, 2) - points, np.float32)
+    return flow_of_homography(np.asarray(matrix, np.float64), *flow.shape[:2])
 
 
 def _interpolate(flow: Field, agreed: Mask, reach_px: float) -> tuple[Field, Field]:

@@ -1,0 +1,135 @@
+"""One homography for the whole view: from features, or from the pictures themselves (ECC).
+
+Flow is live -> reference. Features are Lowe's SIFT, the homography is MAGSAC++; ECC is Evangelidis
+and Psarakis, "Parametric Image Alignment Using Enhanced Correlation Coefficient Maximization",
+PAMI 2008, as OpenCV implements it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import numpy.typing as npt
+
+from reviewer.models.interfaces import Alignment, Field, Image, ModelFailed
+from reviewer.models.warping import inside
+
+Matrix = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class HomographyAligner:
+    """One plane for the whole view: right for distant or flat scenes, cheap, never bends objects.
+
+    Attributes:
+        ratio: Lowe's ratio test on the two best matches.
+        tolerance_px: reprojection error of an inlier.
+        least_inliers: below this the pair counts as not aligned.
+    """
+
+    ratio: float = 0.8
+    tolerance_px: float = 3.0
+    least_inliers: int = 12
+
+    def align(self, reference: Image, live: Image) -> Alignment:
+        """Estimate the homography and turn it into a flow field."""
+        matrix = self.estimate(reference, live)
+        flow = flow_of_homography(matrix, *live.shape[:2])
+        return Alignment(flow, inside(flow, *reference.shape[:2]))
+
+    def estimate(self, reference: Image, live: Image) -> Matrix:
+        """Return the 3x3 matrix that maps live pixels to reference pixels."""
+        sift = cv2.SIFT.create(nfeatures=1500)
+        live_points, live_features = sift.detectAndCompute(grey(live), None)
+        past_points, past_features = sift.detectAndCompute(grey(reference), None)
+        if live_features is None or past_features is None or len(past_features) < 2:
+            raise ModelFailed("aligner homography: an image has no features to match")
+        pairs = cv2.BFMatcher(cv2.NORM_L2).knnMatch(live_features, past_features, k=2)
+        good = [p[0] for p in pairs if len(p) == 2 and p[0].distance < self.ratio * p[1].distance]
+        if len(good) < self.least_inliers:
+            raise ModelFailed(
+                f"aligner homography: {len(good)} matches, but {self.least_inliers} are needed"
+            )
+        source = np.array([live_points[m.queryIdx].pt for m in good], np.float32)
+        target = np.array([past_points[m.trainIdx].pt for m in good], np.float32)
+        cv2.setRNGSeed(0)
+        matrix, inliers = cv2.findHomography(
+            source, target, cv2.USAC_MAGSAC, self.tolerance_px, maxIters=2000, confidence=0.999
+        )
+        found = 0 if inliers is None else int(inliers.sum())
+        if matrix is None or found < self.least_inliers:
+            raise ModelFailed(
+                f"aligner homography: {found} inliers, but {self.least_inliers} are needed"
+            )
+        return np.asarray(matrix, np.float64)
+
+
+@dataclass(frozen=True, slots=True)
+class EccAligner:
+    """One plane, refined until the pictures correlate best: finer than features, blind to light.
+
+    Starts from the features' homography, or from no motion where there are too few features (a
+    carpet, a bare table), and goes from coarse to fine.
+
+    Attributes:
+        levels: sizes at which it is refined, coarse to fine, as shares of the whole.
+        iterations: most steps at each size.
+        least_correlation: below this the pair counts as not aligned.
+    """
+
+    levels: tuple[float, ...] = (0.25, 0.5, 1.0)
+    iterations: int = 40
+    least_correlation: float = 0.5
+
+    def align(self, reference: Image, live: Image) -> Alignment:
+        """Refine the homography and turn it into a flow field."""
+        try:
+            matrix = HomographyAligner().estimate(reference, live)
+        except ModelFailed:
+            matrix = np.eye(3)
+        correlation = 0.0
+        for level in self.levels:
+            matrix, correlation = self._refine(reference, live, matrix, level)
+        if correlation < self.least_correlation:
+            raise ModelFailed(
+                f"aligner ecc: the pictures correlate by {correlation:.2f} only,"
+                f" {self.least_correlation} is needed"
+            )
+        flow = flow_of_homography(matrix, *live.shape[:2])
+        return Alignment(flow, inside(flow, *reference.shape[:2]))
+
+    def _refine(
+        self, reference: Image, live: Image, matrix: Matrix, level: float
+    ) -> tuple[Matrix, float]:
+        scale = np.diag([level, level, 1.0])
+        present, past = (
+            cv2.resize(grey(image), None, fx=level, fy=level, interpolation=cv2.INTER_AREA)
+            for image in (live, reference)
+        )
+        everywhere = np.full(past.shape, 255, np.uint8)
+        start = (scale @ matrix @ np.linalg.inv(scale)).astype(np.float32)
+        stop = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, self.iterations, 1e-5)
+        try:
+            correlation, found = cv2.findTransformECC(
+                present, past, start / start[2, 2], cv2.MOTION_HOMOGRAPHY, stop, everywhere, 5
+            )
+        except cv2.error as error:
+            raise ModelFailed(
+                "aligner ecc: does not converge; the pictures show too little alike"
+            ) from error
+        return np.linalg.inv(scale) @ np.asarray(found, np.float64) @ scale, float(correlation)
+
+
+def grey(image: Image) -> Image:
+    """Return the grey picture, uint8 (H, W)."""
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
+
+
+def flow_of_homography(matrix: Matrix, height: int, width: int) -> Field:
+    """Return the flow field of a 3x3 matrix that maps live pixels to reference pixels."""
+    y, x = np.mgrid[0:height, 0:width].astype(np.float32)
+    points = np.stack([x, y], axis=2)
+    landed = cv2.perspectiveTransform(points.reshape(-1, 1, 2), matrix)
+    return np.asarray(landed.reshape(height, width, 2) - points, np.float32)
