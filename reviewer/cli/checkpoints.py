@@ -28,6 +28,9 @@ def checkpoint(
         typer.Option(help="Batch norm by training, or by the pair at hand (public CSCDNet)."),
     ] = None,
     threshold: Annotated[float | None, typer.Option(help="Changed where p is above.")] = None,
+    window: Annotated[
+        int | None, typer.Option(help="Show it pictures in windows of this side; 0 = whole.")
+    ] = None,
     changed_class: Annotated[
         int | None, typer.Option(help="Which of its two classes means changed (polarity).")
     ] = None,
@@ -43,6 +46,7 @@ def checkpoint(
         "bn_mode": bn_mode,
         "threshold": threshold,
         "changed_class": changed_class,
+        "window_px": window,
     }
     record = replace(record, **{key: value for key, value in given.items() if value is not None})
     parameters = sum(p.numel() for p in module.parameters())
@@ -50,6 +54,8 @@ def checkpoint(
     for key, value in record.settings.items():
         typer.echo(f"{key}: {value}")
     typer.echo(f"preprocessing: {record.preprocessing}, bn_mode: {record.bn_mode}")
+    windows = f"in windows of {record.window_px} pixels" if record.window_px else "whole"
+    typer.echo(f"pictures are shown {windows}")
     typer.echo(f"changed: class {record.changed_class} where p > {record.threshold:g}")
     if record.training:
         scores = record.training["synthetic_validation"]

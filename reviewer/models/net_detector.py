@@ -15,13 +15,14 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 import torch
-from torch import nn
+from torch import Tensor, nn
 
 from reviewer.masks import Mask
 from reviewer.models.device import best_device, bfloat16_pays, check_weights
 from reviewer.models.interfaces import Field, Image, ModelFailed
 from reviewer.models.nets.checkpoints import BatchNormMode, NetRecord, load_checkpoint
 from reviewer.models.nets.pictures import change_probability, pad_to_multiple, prepare, stack_pair
+from reviewer.models.nets.windows import through_windows
 
 Precision = Literal["auto", "float32", "bfloat16"]
 LEAST_SIDE = 64
@@ -44,6 +45,8 @@ class NetDetector:
         checkpoint: path of the weights.
         weights: fingerprint of the weights; where given, the file must still hold those.
         bn_mode: "eval" or "batch"; else as the checkpoint says.
+        window: side of the windows in which large pictures are shown, pixels; 0 = whole; else as
+            the checkpoint says (see `nets.windows`).
         precision: "bfloat16" where the device is faster in it ("auto"), or as named.
         batch: most pairs at a time; 0 = 8 on a GPU, 1 on a processor or with bn_mode "batch".
     """
@@ -52,6 +55,7 @@ class NetDetector:
     checkpoint: str
     weights: str = ""
     bn_mode: BatchNormMode | None = None
+    window: int | None = None
     precision: Precision = "auto"
     batch: int = 0
     record: NetRecord = field(init=False, repr=False)
@@ -68,6 +72,8 @@ class NetDetector:
         if self.precision == "auto":
             self.precision = "bfloat16" if bfloat16_pays(self._device) else "float32"
         self.bn_mode = self.bn_mode or self.record.bn_mode
+        if self.window is None:
+            self.window = self.record.window_px
         if self.bn_mode == "batch":
             self.batch = 1  # the statistics are to be of one pair
         self.batch = self.batch or (8 if self._device == "cuda" else 1)
@@ -118,15 +124,11 @@ class NetDetector:
     def _infer(self, jobs: list[_Job]) -> None:
         height, width = jobs[0].pictures.shape[1:]
         pictures = torch.from_numpy(np.stack([job.pictures for job in jobs])).to(self._device)
-        multiple: Any = self._module.multiple
-        if self.bn_mode == "batch":
-            multiple = 2 * multiple  # a deepest map of one pixel has no statistics
-        inputs = pad_to_multiple(prepare(pictures, self.record.preprocessing), multiple)
-        fast = torch.autocast(self._device, torch.bfloat16, enabled=self.precision == "bfloat16")
         try:
-            with torch.inference_mode(), fast:
-                logits = self._module(inputs)[..., :height, :width]
-                probabilities = change_probability(logits, self.record.changed_class)
+            if self.window:
+                probabilities = through_windows(self._look, pictures, self.window)
+            else:
+                probabilities = self._look(pictures)
         except torch.OutOfMemoryError as error:
             raise ModelFailed(
                 f"{self.net}: {len(jobs)} pairs of {width}x{height} do not fit into the memory of"
@@ -136,6 +138,18 @@ class NetDetector:
             raise ModelFailed(f"{self.net}: gave values that are not finite for this pair")
         for job, probability in zip(jobs, probabilities.cpu().numpy(), strict=True):
             job.probability = np.array(probability, np.float32)
+
+    def _look(self, pictures: Tensor) -> Tensor:
+        """Return probabilities (N, H, W) of uint8 pictures (N, 6, H, W) of any size."""
+        height, width = pictures.shape[-2:]
+        multiple: Any = self._module.multiple
+        if self.bn_mode == "batch":
+            multiple = 2 * multiple  # a deepest map of one pixel has no statistics
+        inputs = pad_to_multiple(prepare(pictures, self.record.preprocessing), multiple)
+        fast = torch.autocast(self._device, torch.bfloat16, enabled=self.precision == "bfloat16")
+        with torch.inference_mode(), fast:
+            logits = self._module(inputs)[..., :height, :width]
+            return change_probability(logits, self.record.changed_class)
 
 
 def _use_batch_statistics(module: nn.Module) -> None:

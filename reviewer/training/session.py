@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -156,7 +156,8 @@ def _save(
 ) -> None:
     """Write checkpoints, log and curve; the state comes last, so it is never ahead of the rest."""
     settings, counts = fit.settings, at.counts
-    record = _record(settings, identity, at)
+    window_px = settings.crop_px if fit.net.keeps_to_its_size else 0
+    record = replace(_record(settings, identity, at), window_px=window_px)
     for name in ("best.pt", "last.pt") if better else ("last.pt",):
         save_checkpoint(folder / name, fit.net, record)
     log.validated(at.iteration, precision(counts), recall(counts), f_score(counts))

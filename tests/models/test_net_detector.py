@@ -13,6 +13,7 @@ from reviewer.models.interfaces import ModelFailed
 from reviewer.models.net_detector import NetDetector
 from reviewer.models.nets.checkpoints import NetRecord, save_checkpoint
 from reviewer.models.nets.pictures import pad_to_multiple, prepare, stack_pair
+from reviewer.models.nets.windows import through_windows
 from reviewer.models.registry import build_detector, open_detector, settings_of
 
 NETS = ["cdnet", "cscdnet", "cscdnet-attention", "dr-tanet", "tanet"]
@@ -90,6 +91,31 @@ def test_nothing_is_found_where_nothing_can_be_compared(checkpoint):
     np.testing.assert_array_equal(detector.detect(black, live, valid), first)
 
 
+def test_windows_cover_the_picture_and_agree_with_themselves():
+    pictures = torch.rand(2, 6, 150, 230)
+
+    def look(window):
+        assert window.shape == (2, 6, 64, 64)
+        return window[:, 0]
+
+    averaged = through_windows(look, pictures, 64)
+    torch.testing.assert_close(averaged, pictures[:, 0])
+    for side in (64, 128, 256):
+        calls = []
+        through_windows(lambda w, calls=calls: calls.append(1) or w[:, 0], pictures, side)
+        assert len(calls) == {64: 4 * 7, 128: 2 * 3, 256: 1}[side]
+
+
+def test_a_large_picture_is_shown_in_the_windows_the_checkpoint_names(checkpoint):
+    path = str(checkpoint("cscdnet", window_px=64))
+    windowed = open_detector("cscdnet", {"checkpoint": path})
+    whole = open_detector("cscdnet", {"checkpoint": path, "window": 0})
+    assert (windowed.window, whole.window) == (64, 0)
+    same, other = pair(64, 64), pair(64, 160)
+    np.testing.assert_allclose(windowed.detect(*same), whole.detect(*same), atol=1e-6)
+    assert not np.allclose(windowed.detect(*other), whole.detect(*other), atol=1e-3)
+
+
 def test_polarity_and_threshold_come_with_the_checkpoint(checkpoint):
     plain = open_detector("tanet", {"checkpoint": str(checkpoint("tanet"))})
     turned = open_detector(
@@ -153,7 +179,15 @@ def test_too_little_memory_fails_the_pair_by_name(checkpoint, monkeypatch):
 def test_a_run_s_settings_hold_what_decides_the_result(checkpoint):
     detector = open_detector("cdnet", {"checkpoint": str(checkpoint("cdnet"))})
     settings = settings_of(detector)
-    assert sorted(settings) == ["batch", "bn_mode", "checkpoint", "net", "precision", "weights"]
+    assert sorted(settings) == [
+        "batch",
+        "bn_mode",
+        "checkpoint",
+        "net",
+        "precision",
+        "weights",
+        "window",
+    ]
     assert len(settings["weights"]) == 12 and settings["bn_mode"] == "eval"
     assert open_detector("cdnet", settings).weights == settings["weights"]
 

@@ -42,6 +42,8 @@ class NetRecord:
             public CSCDNet test code does.
         threshold: a pixel is changed where its probability exceeds this.
         changed_class: which of the two logits speaks for change (polarity).
+        window_px: side of the windows in which pictures are shown to the net; 0 = whole, as the
+            public codes do.
         training: settings, seed, data hash and scores of the training; empty for public ones.
     """
 
@@ -52,6 +54,7 @@ class NetRecord:
     bn_mode: BatchNormMode = "eval"
     threshold: float = 0.5
     changed_class: int = 1
+    window_px: int = 0
     training: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -62,6 +65,8 @@ class NetRecord:
             raise InvalidInput(f"bn_mode {self.bn_mode!r}: there are eval, batch")
         if not 0 <= self.threshold < 1:
             raise InvalidInput(f"threshold: must lie in [0, 1), but is {self.threshold}")
+        if self.window_px < 0 or self.window_px % 64:
+            raise InvalidInput(f"window_px: 0 or a multiple of 64, but is {self.window_px}")
         if self.changed_class not in (0, 1):
             raise InvalidInput(f"changed_class: must be 0 or 1, but is {self.changed_class}")
 

@@ -26,6 +26,8 @@ class CscdNet(nn.Module):
     """Two pictures to two logits a pixel; the second logit speaks for change."""
 
     multiple = 64
+    keeps_to_its_size = True
+    """Aligned corners tie what it learns to the size of the pictures it learns from."""
 
     def __init__(
         self,

@@ -26,6 +26,7 @@ class TaNet(nn.Module):
     """Two pictures to two logits a pixel; the second logit speaks for change."""
 
     multiple = 32
+    keeps_to_its_size = False
 
     def __init__(
         self,

@@ -150,6 +150,7 @@ def test_a_missing_or_extra_layer_is_named(tmp_path, cscdnet):
         ({"preprocessing": "grey"}, "there are bgr_128, imagenet"),
         ({"bn_mode": "off"}, "there are eval, batch"),
         ({"threshold": 1.0}, "threshold: must lie in"),
+        ({"window_px": 100}, "window_px: 0 or a multiple of 64"),
         ({"changed_class": 2}, "changed_class: must be 0 or 1"),
     ],
 )
