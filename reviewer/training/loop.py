@@ -107,7 +107,10 @@ class Fit:
             yield Step(self.iteration, value, norm, lr, batch / seconds)
 
     def validate(self, pairs: SyntheticPairs) -> Counts:
-        """Return pixel counts over the validation's pairs, pooled; the net is left as it was."""
+        """Return pixel counts over the validation's pairs, pooled, by the larger of both logits.
+
+        The net is left as it was.
+        """
         self.net.eval()
         counts = Counts()
         size = min(self.settings.batch, self.settings.validation_pairs)

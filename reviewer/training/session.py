@@ -156,8 +156,9 @@ def _save(
 ) -> None:
     """Write checkpoints, log and curve; the state comes last, so it is never ahead of the rest."""
     settings, counts = fit.settings, at.counts
-    window_px = settings.crop_px if fit.net.keeps_to_its_size else 0
-    record = replace(_record(settings, identity, at), window_px=window_px)
+    record = _record(settings, identity, at)
+    if fit.net.keeps_to_its_size:
+        record = replace(record, window_px=settings.crop_px)
     for name in ("best.pt", "last.pt") if better else ("last.pt",):
         save_checkpoint(folder / name, fit.net, record)
     log.validated(at.iteration, precision(counts), recall(counts), f_score(counts))
@@ -204,6 +205,7 @@ def _record(
         settings.width,
         dict(settings.net_settings),
         preprocessing=settings.preprocessing,
+        threshold=settings.threshold,
         training={**identity, "iteration": at.iteration, "synthetic_validation": scores},
     )
 

@@ -74,8 +74,14 @@ class TrainingSettings:
             raise InvalidInput(f"training held_out: must lie in (0, 1), but is {self.held_out}")
         if self.clip_norm < 0:
             raise InvalidInput(f"training clip_norm: must be >= 0, but is {self.clip_norm}")
-        if min(self.class_weights) < 0 or not sum(self.class_weights):
+        if not min(self.class_weights) > 0:
             raise InvalidInput(f"training class_weights: positive, but are {self.class_weights}")
+
+    @property
+    def threshold(self) -> float:
+        """Where an unweighted loss would have said 0.5: a weight of w raises p / (1 - p) w-fold."""
+        unchanged, changed = self.class_weights
+        return changed / (unchanged + changed)
 
     @classmethod
     def of_paper(cls, net: str, **given: Any) -> TrainingSettings:

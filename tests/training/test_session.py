@@ -217,12 +217,27 @@ def test_the_paper_s_settings_are_the_defaults():
         ({"lr": 0.0}, "lr: must be > 0"),
         ({"held_out": 1.0}, "held_out: must lie in"),
         ({"clip_norm": -1.0}, "clip_norm: must be >= 0"),
+        ({"class_weights": (1.0, 0.0)}, "class_weights: positive"),
         ({"class_weights": (0.0, 0.0)}, "class_weights: positive"),
     ],
 )
 def test_settings_out_of_range_are_refused(values, message):
     with pytest.raises(InvalidInput, match=message):
         settings(**values)
+
+
+def test_a_weight_on_changed_pixels_moves_the_threshold_along(data, tmp_path):
+    assert settings().threshold == 0.5
+    weighted = settings(iterations=2, class_weights=(1.0, 3.0))
+    assert weighted.threshold == 0.75
+    train(tmp_path / "a", weighted, data)
+    assert load_checkpoint(tmp_path / "a" / "last.pt")[1].threshold == 0.75
+
+
+@pytest.mark.parametrize(("net", "window"), [("cdnet", 64), ("tanet", 0)])
+def test_a_net_that_keeps_to_its_size_is_shown_windows_of_it(data, tmp_path, net, window):
+    train(tmp_path / "a", settings(net=net, iterations=2), data)
+    assert load_checkpoint(tmp_path / "a" / "last.pt")[1].window_px == window
 
 
 def test_gradients_are_clipped_to_the_norm(data):
