@@ -39,19 +39,23 @@ COMMON = (
     "--crop 192 --lr 1e-3 --class-weight 2 --validate-every 150 --validation-pairs 48"
     " --synthesis changes=0,5"
 )
+EIGHTH, QUARTER = "--width 0.125 --iterations 1500 --batch 4", "--width 0.25 --iterations 1350"
 TRAININGS = {
-    "cscdnet": f"--width 0.125 --iterations 1500 --batch 4 {COMMON}",
-    "dr-tanet": f"--width 0.25 --iterations 3000 --batch 8 {COMMON}",
-    "cscdnet-attention": f"--width 0.125 --iterations 1500 --batch 4 {COMMON}",
+    "cscdnet": f"cscdnet {EIGHTH} {COMMON}",
+    "dr-tanet": f"dr-tanet --width 0.25 --iterations 3000 --batch 8 {COMMON}",
+    "cscdnet-attention": f"cscdnet-attention {EIGHTH} {COMMON}",
+    "cscdnet-wider": f"cscdnet {QUARTER} --batch 4 {COMMON}",
 }
 TITLES = {
     "difference": "difference (no training)",
     "dr-tanet": "DR-TANet",
     "cscdnet": "CSCDNet",
     "cscdnet-attention": "CSCDNet + Siamese attention mask",
+    "cscdnet-wider": "CSCDNet, twice as wide",
 }
 SHOWN = ("cs1/0000", "cr2/0001", "hw1/0002", "lr2/0000", "cs3/0001")
 CELL = (240, 180)
+JPEG = [cv2.IMWRITE_JPEG_QUALITY, 88]
 DIFFERENCE = "dis-difference-oversegment-component"
 
 
@@ -65,11 +69,11 @@ def reviewer(words: str) -> str:
     ).stdout
 
 
-def train(net: str) -> None:
+def train(name: str) -> None:
     """Train one detector and note how much processor time that took."""
-    folder = ROOT / WORLD / "trainings" / net
+    folder = ROOT / WORLD / "trainings" / name
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    print(reviewer(f"train {net} --db {DB} {TRAININGS[net]}"))
+    print(reviewer(f"train {TRAININGS[name]} --name {name} --db {DB}"))
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     times = folder / "processor-seconds.txt"
@@ -77,10 +81,10 @@ def train(net: str) -> None:
         times.write_text(f"{seconds:.0f}\n")
 
 
-def detect(net: str) -> None:
+def detect(name: str) -> None:
     """Run the pipeline with a trained detector."""
-    checkpoint = WORLD / "trainings" / net / "best.pt"
-    print(reviewer(f"run --db {DB} --name {net} --detector {net}:{checkpoint}"))
+    net, checkpoint = TRAININGS[name].split()[0], WORLD / "trainings" / name / "best.pt"
+    print(reviewer(f"run --db {DB} --name {name} --detector {net}:{checkpoint}"))
 
 
 def table() -> str:
@@ -122,7 +126,7 @@ def pictures() -> None:
     if not sheet.exists():
         reviewer(f"synth {WORLD / 'synthetic'} --count 6 --seed 5 --db {DB}")
     images = ROOT / "docs" / "images"
-    shutil.copy(sheet, images / "synthetic-pairs.png")
+    cv2.imwrite(str(images / "synthetic-pairs.jpg"), cv2.imread(str(sheet)), JPEG)
     shutil.copy(ROOT / WORLD / "trainings/cscdnet/curve.png", images / "training-curve.png")
     with Store(ROOT / DB) as store:
         pairs = {pair.title: pair for pair in list_pairs(store)}
@@ -133,7 +137,7 @@ def pictures() -> None:
         place = (8 + k * CELL[0], 21)
         cv2.putText(head, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (225,) * 3, 1, cv2.LINE_AA)
     whole = np.vstack([head, *rows])
-    cv2.imwrite(str(images / "table-a-detections.png"), whole[..., ::-1])
+    cv2.imwrite(str(images / "table-a-detections.jpg"), whole[..., ::-1], JPEG)
 
 
 def _found(store: Store, pair: Pair) -> np.ndarray:
