@@ -1,5 +1,10 @@
 """Fixtures shared by all tests: a database and a small split."""
 
+import os
+
+# Before torch is imported: tiny tensors are slower on many threads, and sums are the same on one.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import pytest
 from fakes import FakeClicks
 from scenes import write_split
