@@ -78,7 +78,8 @@ class Fit:
         """Do iterations up to `until`, yielding each.
 
         Raises:
-            TrainingFailed: when the loss is not a finite number, before the weights take it over.
+            TrainingFailed: when the loss is not a finite number, before the weights take it over;
+                or when a batch does not fit into memory.
         """
         batch = self.settings.batch
         for pictures, classes in batches(
@@ -90,9 +91,15 @@ class Fit:
                 group["lr"] = lr
             self.net.train()
             self.optimiser.zero_grad(set_to_none=True)
-            loss = self._loss(pictures, classes)
-            value = float(loss.detach())
-            loss.backward()  # type: ignore[no-untyped-call]
+            try:
+                loss = self._loss(pictures, classes)
+                value = float(loss.detach())
+                loss.backward()  # type: ignore[no-untyped-call]
+            except torch.OutOfMemoryError as error:
+                raise TrainingFailed(
+                    f"iteration {self.iteration + 1}: {batch} squares of {self.settings.crop_px}"
+                    f" pixels do not fit into the memory of {self.device}; lower --batch or --crop"
+                ) from error
             limit = self.settings.clip_norm or math.inf
             norm = float(nn.utils.clip_grad_norm_(self.net.parameters(), limit))
             if not (math.isfinite(value) and math.isfinite(norm)):

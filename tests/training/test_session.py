@@ -168,6 +168,15 @@ def test_a_loss_that_is_not_finite_stops_it_and_the_checkpoint_stays(data, tmp_p
     assert record.training["iteration"] == 2
 
 
+def test_too_little_memory_is_told_with_the_way_out(data, tmp_path, monkeypatch):
+    def full(*_):
+        raise torch.OutOfMemoryError("CUDA out of memory")
+
+    monkeypatch.setattr(Fit, "_loss", full)
+    with pytest.raises(TrainingFailed, match=r"2 squares of 64 pixels do not fit .* lower --batch"):
+        train(tmp_path / "a", settings(), data)
+
+
 def test_a_full_disk_stops_it_and_the_checkpoint_stays(data, tmp_path, monkeypatch):
     right = torch.save
 
