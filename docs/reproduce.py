@@ -42,7 +42,7 @@ COMMON = (
 EIGHTH, QUARTER = "--width 0.125 --iterations 1500 --batch 4", "--width 0.25 --iterations 1350"
 TRAININGS = {
     "cscdnet": f"cscdnet {EIGHTH} {COMMON}",
-    "dr-tanet": f"dr-tanet --width 0.25 --iterations 3000 --batch 8 {COMMON}",
+    "dr-tanet": f"dr-tanet --width 0.25 --iterations 2700 --batch 8 {COMMON}",
     "cscdnet-attention": f"cscdnet-attention {EIGHTH} {COMMON}",
     "cscdnet-wider": f"cscdnet {QUARTER} --batch 4 {COMMON}",
 }
@@ -54,7 +54,7 @@ TITLES = {
     "cscdnet-wider": "CSCDNet, twice as wide",
 }
 SHOWN = ("cs1/0000", "cr2/0001", "hw1/0002", "lr2/0000", "cs3/0001")
-CELL = (240, 180)
+CELL, RIM = (240, 180), 2
 JPEG = [cv2.IMWRITE_JPEG_QUALITY, 88]
 DIFFERENCE = "dis-difference-oversegment-component"
 
@@ -134,7 +134,7 @@ def pictures() -> None:
     head = np.full((30, rows[0].shape[1], 3), 24, np.uint8)
     for k, title in enumerate(["live", "truth", *TITLES.values()]):
         text = title.replace(" (no training)", "").replace(" Siamese attention", "")
-        place = (8 + k * CELL[0], 21)
+        place = (8 + k * (CELL[0] + 2 * RIM), 21)
         cv2.putText(head, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, (225,) * 3, 1, cv2.LINE_AA)
     whole = np.vstack([head, *rows])
     cv2.imwrite(str(images / "table-a-detections.jpg"), whole[..., ::-1], JPEG)
@@ -151,7 +151,11 @@ def _found(store: Store, pair: Pair) -> np.ndarray:
         assert detection is not None, f"run {run.name} has no detection of {pair.title}"
         cells.append(_grey(load_probability(detection)))
     small = [cv2.resize(cell, CELL, interpolation=cv2.INTER_AREA) for cell in cells]
-    return np.hstack(small)
+    framed = [
+        cv2.copyMakeBorder(cell, RIM, RIM, RIM, RIM, cv2.BORDER_CONSTANT, value=(60,) * 3)
+        for cell in small
+    ]
+    return np.hstack(framed)
 
 
 def _grey(values: np.ndarray) -> np.ndarray:
