@@ -42,7 +42,7 @@ COMMON = (
 EIGHTH, QUARTER = "--width 0.125 --iterations 1500 --batch 4", "--width 0.25 --iterations 1350"
 TRAININGS = {
     "cscdnet": f"cscdnet {EIGHTH} {COMMON}",
-    "dr-tanet": f"dr-tanet --width 0.25 --iterations 2700 --batch 8 {COMMON}",
+    "dr-tanet": f"dr-tanet --width 0.25 --iterations 3000 --batch 8 {COMMON}",
     "cscdnet-attention": f"cscdnet-attention {EIGHTH} {COMMON}",
     "cscdnet-wider": f"cscdnet {QUARTER} --batch 4 {COMMON}",
 }
