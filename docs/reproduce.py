@@ -3,8 +3,8 @@
     python docs/reproduce.py            # all that is not there yet; a stopped training goes on
     python docs/reproduce.py --only cscdnet
 
-Each detector is trained on synthetic pairs of the world's reference images alone, in at most 30
-minutes of processor time; the world's exact masks are only used by `reviewer evaluate`. One thread
+Each detector is trained on synthetic pairs of the world's reference images alone, in about half an
+hour of processor time; the world's exact masks are only used by `reviewer evaluate`. One thread
 a training, so that two can run side by side and give the same weights wherever they run.
 """
 

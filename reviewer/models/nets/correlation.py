@@ -20,7 +20,7 @@ from torch import Tensor
 from torch.autograd.function import once_differentiable
 from torch.nn import functional
 
-BLOCK = 20
+BLOCK = 16
 """Neighbours in a matrix product: wider wastes arithmetic, narrower wastes the product."""
 
 
