@@ -2,6 +2,7 @@
 
 Headers are checked before anything is decoded, so a 60000x60000 PNG costs nothing; PNG chunks are
 checked by their sums, JPEGs are decoded, so a truncated file is found at the border and not later.
+Pictures that are made here are written by `write_png`.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 from PIL import Image as PillowImage
@@ -114,6 +116,17 @@ def read_rgb(path: Path) -> npt.NDArray[np.uint8]:
             return np.asarray(image.convert("RGB"))
     except (OSError, SyntaxError, ValueError) as error:
         raise InvalidInput(f"{path}: damaged image, {error}") from error
+
+
+def write_png(path: Path, picture: npt.NDArray[np.uint8]) -> None:
+    """Write a uint8 RGB (H, W, 3) picture, little compressed.
+
+    Raises:
+        OSError: when it cannot be written.
+    """
+    bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
+    if not cv2.imwrite(str(path), bgr, [cv2.IMWRITE_PNG_COMPRESSION, 1]):
+        raise OSError(f"{path}: could not be written")
 
 
 def read_grey(path: Path) -> npt.NDArray[Any]:

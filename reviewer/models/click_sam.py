@@ -20,7 +20,7 @@ import torch.nn.functional as F
 from transformers import Sam2Model, SamModel
 
 from reviewer.masks import Mask
-from reviewer.models.device import fingerprint, has_bfloat16
+from reviewer.models.device import best_device, fingerprint, has_bfloat16
 from reviewer.models.hub import load_pretrained
 from reviewer.models.interfaces import Candidate, Embedding, Image, Prompt
 
@@ -40,7 +40,7 @@ class SamClicks:
     def __init__(self, kind: Kind, model: Any, name: str, device: str | None = None) -> None:
         """Wrap a loaded model; `name` is where it came from."""
         self.kind = kind
-        self.device = device or ("cuda" if torch.cuda.is_available() else "cpu")
+        self.device = device or best_device()
         self.model = model.eval().to(self.device)
         prompts = model.config.prompt_encoder_config
         self.side = int(prompts.image_size)

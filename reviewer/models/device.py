@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+from typing import Literal
 
 import torch
 from torch import nn
 
 from reviewer.errors import InvalidInput
+
+Precision = Literal["auto", "float32", "bfloat16"]
 
 
 def best_device() -> str:
@@ -24,6 +27,13 @@ def has_bfloat16() -> bool:
 def bfloat16_pays(device: str) -> bool:
     """Say whether bfloat16 is faster than float32 on a device."""
     return torch.cuda.is_bf16_supported() if device == "cuda" else has_bfloat16()
+
+
+def choose_precision(wanted: Precision, device: str) -> Precision:
+    """Return what "auto" stands for on a device; another wish as it is."""
+    if wanted != "auto":
+        return wanted
+    return "bfloat16" if bfloat16_pays(device) else "float32"
 
 
 def fingerprint(module: nn.Module) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -18,13 +18,12 @@ import torch
 from torch import Tensor, nn
 
 from reviewer.masks import Mask
-from reviewer.models.device import best_device, bfloat16_pays, check_weights
+from reviewer.models.device import Precision, best_device, check_weights, choose_precision
 from reviewer.models.interfaces import Field, Image, ModelFailed
 from reviewer.models.nets.checkpoints import BatchNormMode, NetRecord, load_checkpoint
 from reviewer.models.nets.pictures import change_probability, pad_to_multiple, prepare, stack_pair
 from reviewer.models.nets.windows import through_windows
 
-Precision = Literal["auto", "float32", "bfloat16"]
 LEAST_SIDE = 64
 
 
@@ -69,8 +68,7 @@ class NetDetector:
         self._module, self.record = load_checkpoint(Path(self.checkpoint), self.net)
         self.weights = check_weights(self.checkpoint, self._module, self.weights)
         self._device = best_device()
-        if self.precision == "auto":
-            self.precision = "bfloat16" if bfloat16_pays(self._device) else "float32"
+        self.precision = choose_precision(self.precision, self._device)
         self.bn_mode = self.bn_mode or self.record.bn_mode
         if self.window is None:
             self.window = self.record.window_px

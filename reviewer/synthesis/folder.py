@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from reviewer.atomic import whole_folder
+from reviewer.dataset.files import write_png
 from reviewer.masks import boundary, encode_png
 from reviewer.synthesis.pairs import SyntheticPair
 
@@ -39,13 +40,13 @@ def write_folder(
         for number in range(count):
             pair = make(number)
             name = f"{number:06d}.png"
-            _write(folder / "t0" / name, pair.reference)
-            _write(folder / "t1" / name, pair.live)
+            write_png(folder / "t0" / name, pair.reference)
+            write_png(folder / "t1" / name, pair.live)
             (folder / "mask" / name).write_bytes(encode_png(pair.mask))
             if number < SHEET_PAIRS:
                 shown.append(pair)
             progress(number + 1, count)
-        _write(folder / "contact-sheet.png", contact_sheet(shown))
+        write_png(folder / "contact-sheet.png", contact_sheet(shown))
         (folder / "synthesis.json").write_text(json.dumps(record, indent=1))
 
 
@@ -87,9 +88,3 @@ def _tile(pair: SyntheticPair) -> Image:
     return np.asarray(
         cv2.copyMakeBorder(row, 3, 3, 6, 6, cv2.BORDER_CONSTANT, value=(24, 24, 24)), np.uint8
     )
-
-
-def _write(path: Path, picture: Image) -> None:
-    bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
-    if not cv2.imwrite(str(path), bgr, [cv2.IMWRITE_PNG_COMPRESSION, 1]):
-        raise OSError(f"{path}: could not be written")

@@ -18,7 +18,7 @@ from torch.nn import functional
 
 from reviewer.errors import ReviewerError
 from reviewer.metrics import Counts, count
-from reviewer.models.device import best_device, bfloat16_pays
+from reviewer.models.device import best_device, choose_precision
 from reviewer.models.nets.pictures import change_probability, prepare
 from reviewer.training.settings import TrainingSettings
 from reviewer.training.stream import SyntheticPairs, batches
@@ -51,10 +51,7 @@ class Fit:
         self.settings, self.iteration = settings, 0
         self.device = best_device()
         self.net = net.to(self.device)
-        wanted = settings.precision
-        self.precision = wanted
-        if wanted == "auto":
-            self.precision = "bfloat16" if bfloat16_pays(self.device) else "float32"
+        self.precision = choose_precision(settings.precision, self.device)
         self.optimiser = torch.optim.Adam(net.parameters(), lr=settings.lr, betas=settings.betas)
         self._weights = torch.tensor(
             settings.class_weights, dtype=torch.float32, device=self.device

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -156,9 +156,7 @@ def _save(
 ) -> None:
     """Write checkpoints, log and curve; the state comes last, so it is never ahead of the rest."""
     settings, counts = fit.settings, at.counts
-    record = _record(settings, identity, at)
-    if fit.net.keeps_to_its_size:
-        record = replace(record, window_px=settings.crop_px)
+    record = _record(fit, identity, at)
     for name in ("best.pt", "last.pt") if better else ("last.pt",):
         save_checkpoint(folder / name, fit.net, record)
     log.validated(at.iteration, precision(counts), recall(counts), f_score(counts))
@@ -192,9 +190,8 @@ def _claim(folder: Path, identity: dict[str, dict[str, Any]]) -> None:
         )
 
 
-def _record(
-    settings: TrainingSettings, identity: dict[str, dict[str, Any]], at: Validated
-) -> NetRecord:
+def _record(fit: Fit, identity: dict[str, dict[str, Any]], at: Validated) -> NetRecord:
+    settings = fit.settings
     scores = {
         "precision": precision(at.counts),
         "recall": recall(at.counts),
@@ -206,6 +203,7 @@ def _record(
         dict(settings.net_settings),
         preprocessing=settings.preprocessing,
         threshold=settings.threshold,
+        window_px=settings.crop_px if fit.net.keeps_to_its_size else 0,
         training={**identity, "iteration": at.iteration, "synthetic_validation": scores},
     )
 

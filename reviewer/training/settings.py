@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 from reviewer.errors import InvalidInput
+from reviewer.models.device import Precision
 from reviewer.models.nets.pictures import Preprocessing
-
-Precision = Literal["auto", "float32", "bfloat16"]
 
 PAPER: dict[str, dict[str, Any]] = {
     "cscdnet": {"iterations": 40000, "batch": 32, "lr": 1e-4, "betas": (0.5, 0.999)},

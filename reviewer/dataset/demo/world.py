@@ -25,6 +25,7 @@ from reviewer.dataset.demo.renderer import Camera, Light, Scene
 from reviewer.dataset.demo.rooms import WORKSPACES, Room
 from reviewer.dataset.demo.sensor import Exposure, develop
 from reviewer.dataset.demo.shapes import Mesh
+from reviewer.dataset.files import write_png
 from reviewer.geometry import Pose2, wrap_angle
 from reviewer.masks import encode_png
 
@@ -117,9 +118,9 @@ def render_split(folder: Path, plan: SplitPlan) -> str:
     rows = []
     for k, (before, after) in enumerate(zip(reference_poses, live_poses, strict=True)):
         name = f"{k:04d}"
-        _write(folder / "reference" / f"{name}.png", _photograph(first, before, past, rng)[0])
+        write_png(folder / "reference" / f"{name}.png", _photograph(first, before, past, rng)[0])
         picture, number = _photograph(second, after, present, rng)
-        _write(folder / "live" / f"{name}.png", picture)
+        write_png(folder / "live" / f"{name}.png", picture)
         changed = _visible_changes(number, len(stay))
         (folder / "mask" / f"{name}.png").write_bytes(encode_png(changed))
         rows.append(("reference", name, 100 + 0.5 * k, before))
@@ -256,12 +257,6 @@ def _photograph(
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.int32]]:
     rendering = scene.render(_camera(pose), rng)
     return develop(rendering.light, exposure, rng), rendering.object_number
-
-
-def _write(path: Path, picture: npt.NDArray[np.uint8]) -> None:
-    bgr = cv2.cvtColor(picture, cv2.COLOR_RGB2BGR)
-    if not cv2.imwrite(str(path), bgr, [cv2.IMWRITE_PNG_COMPRESSION, 1]):
-        raise OSError(f"{path}: could not be written")
 
 
 def _write_poses(path: Path, rows: list[tuple[str, str, float, Pose2]]) -> None:

@@ -16,7 +16,7 @@ import numpy.typing as npt
 import torch
 from transformers import EfficientLoFTRForKeypointMatching
 
-from reviewer.models.aligners.planes import flow_of_homography
+from reviewer.models.aligners.planes import flow_of_homography, robust_homography
 from reviewer.models.device import best_device, check_weights
 from reviewer.models.hub import load_pretrained
 from reviewer.models.interfaces import Alignment, Field, Image, ModelFailed
@@ -97,16 +97,10 @@ class LoftrAligner:
         Raises:
             ModelFailed: when too few matches agree on a homography.
         """
-        cv2.setRNGSeed(0)
-        matrix, inliers = cv2.findHomography(
-            source, target, cv2.USAC_MAGSAC, self.tolerance_px, maxIters=2000, confidence=0.999
+        matrix = robust_homography(
+            source, target, self.tolerance_px, self.least_matches, "aligner loftr"
         )
-        agreeing = 0 if inliers is None else int(inliers.sum())
-        if matrix is None or agreeing < self.least_matches:
-            raise ModelFailed(
-                f"aligner loftr: {agreeing} inliers, but {self.least_matches} are needed"
-            )
-        plane = flow_of_homography(np.asarray(matrix, np.float64), height, width)
+        plane = flow_of_homography(matrix, height, width)
         columns = np.clip(source[:, 0].round().astype(int), 0, width - 1)
         rows = np.clip(source[:, 1].round().astype(int), 0, height - 1)
         departure = target - source - plane[rows, columns]

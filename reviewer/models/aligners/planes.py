@@ -54,16 +54,9 @@ class HomographyAligner:
             )
         source = np.array([live_points[m.queryIdx].pt for m in good], np.float32)
         target = np.array([past_points[m.trainIdx].pt for m in good], np.float32)
-        cv2.setRNGSeed(0)
-        matrix, inliers = cv2.findHomography(
-            source, target, cv2.USAC_MAGSAC, self.tolerance_px, maxIters=2000, confidence=0.999
+        return robust_homography(
+            source, target, self.tolerance_px, self.least_inliers, "aligner homography"
         )
-        found = 0 if inliers is None else int(inliers.sum())
-        if matrix is None or found < self.least_inliers:
-            raise ModelFailed(
-                f"aligner homography: {found} inliers, but {self.least_inliers} are needed"
-            )
-        return np.asarray(matrix, np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +118,24 @@ class EccAligner:
 def grey(image: Image) -> Image:
     """Return the grey picture, uint8 (H, W)."""
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
+
+
+def robust_homography(
+    source: Field, target: Field, tolerance_px: float, least_inliers: int, aligner: str
+) -> Matrix:
+    """Return the 3x3 matrix that most matches (N, 2) follow, live to reference.
+
+    Raises:
+        ModelFailed: in the name of `aligner`, when too few do.
+    """
+    cv2.setRNGSeed(0)
+    matrix, inliers = cv2.findHomography(
+        source, target, cv2.USAC_MAGSAC, tolerance_px, maxIters=2000, confidence=0.999
+    )
+    found = 0 if inliers is None else int(inliers.sum())
+    if matrix is None or found < least_inliers:
+        raise ModelFailed(f"{aligner}: {found} inliers, but {least_inliers} are needed")
+    return np.asarray(matrix, np.float64)
 
 
 def flow_of_homography(matrix: Matrix, height: int, width: int) -> Field:
