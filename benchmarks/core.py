@@ -32,11 +32,12 @@ from reviewer.export.selection import select_labelled
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.database import Store
-from reviewer.store.pairs import list_pairs
+from reviewer.store.pairs import pair_ids
 from reviewer.store.queue import list_queue
+from reviewer.store.regions import StoredIntegration
+from reviewer.store.results import StageResult, save_results
 from reviewer.store.reviews import annotator_id
 from reviewer.store.revisions import newest_revisions
-from reviewer.store.runs import save_integration
 from reviewer.store.scores import split_scores
 
 LIMITS = {
@@ -109,7 +110,8 @@ def fill_run(store: Store) -> None:
     """Give every pair two predictions, without the pipeline."""
     run = prepare_run(store, "filled", PipelineSettings())
     for pair_id, revision in newest_revisions(store).items():
-        save_integration(store, run.id, pair_id, [], revision.mask, revision.mask)
+        made = StoredIntegration((), revision.mask, revision.mask)
+        save_results(store, run.id, pair_id, [StageResult("integrate", "made up", 0.0, made)])
 
 
 def measure(folder: Path) -> dict[str, float]:
@@ -123,7 +125,7 @@ def measure(folder: Path) -> dict[str, float]:
     figures["render_s_per_pair"] = (time.perf_counter() - start) / (4 * len(splits))
     with Store(folder / "world" / "reviewer.db", create=True) as store:
         import_all(store, folder / "world")
-        pairs = list_pairs(store)
+        pairs = pair_ids(store)
         run = prepare_run(store, None, PipelineSettings())
         took = seconds(lambda: run_pipeline(store, run, pairs))
         figures["pipeline_s_per_pair"] = took / len(pairs)

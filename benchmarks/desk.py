@@ -211,7 +211,7 @@ def enlarged(db: Path) -> Iterator[Path]:
     from reviewer.pipeline.runner import prepare_run, run_pipeline
     from reviewer.pipeline.settings import PipelineSettings
     from reviewer.store.database import Store
-    from reviewer.store.pairs import list_pairs
+    from reviewer.store.pairs import list_pairs, pair_ids
 
     with Store(db) as store:
         pair = list_pairs(store)[0]
@@ -223,7 +223,7 @@ def enlarged(db: Path) -> Iterator[Path]:
             cv2.imwrite(str(split / name / "0000.png"), pixels[..., ::-1])
         with Store(Path(folder) / "reviewer.db", create=True) as store:
             import_split(store, "cr1", split, ImportSettings(layout="t0t1"), lambda *_: None)
-            run_pipeline(store, prepare_run(store, None, PipelineSettings()), list_pairs(store))
+            run_pipeline(store, prepare_run(store, None, PipelineSettings()), pair_ids(store))
         yield Path(folder) / "reviewer.db"
 
 

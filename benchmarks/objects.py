@@ -11,11 +11,13 @@ import numpy as np
 from reviewer.dataset.files import read_rgb
 from reviewer.masks import Mask, components, decode_rle
 from reviewer.models.interfaces import Image
-from reviewer.pipeline.stages import warped_reference
-from reviewer.store import runs
+from reviewer.pipeline.stored import warped_reference
 from reviewer.store.database import Store
+from reviewer.store.layers import load_detection
 from reviewer.store.pairs import list_pairs
+from reviewer.store.regions import load_prediction
 from reviewer.store.revisions import list_revisions
+from reviewer.store.runs import list_runs
 
 SIZES = ((0, "< 8²"), (64, "< 16²"), (256, "< 32²"), (1024, "larger"))
 MARGIN_PX = 8
@@ -37,11 +39,11 @@ class ScenePair:
 def load_pairs(db: Path, every: int = 1) -> Iterator[ScenePair]:
     """Yield each `every`-th pair that has imported ground truth, in the newest run."""
     with Store(db) as store:
-        run = runs.list_runs(store)[-1]
+        run = list_runs(store)[-1]
         for pair in list_pairs(store)[::every]:
             history = list_revisions(store, pair.id)
-            detection = runs.load_detection(store, run.id, pair.id)
-            prediction = runs.load_prediction(store, run.id, pair.id, "doi")
+            detection = load_detection(store, run.id, pair.id)
+            prediction = load_prediction(store, run.id, pair.id, "doi")
             if not history or detection is None or prediction is None:
                 continue
             warped, _ = warped_reference(store, run, pair)

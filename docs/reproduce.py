@@ -28,9 +28,10 @@ from reviewer.masks import decode_rle
 from reviewer.pipeline.fields import load_probability
 from reviewer.records import Pair
 from reviewer.store.database import Store
+from reviewer.store.layers import load_detection
 from reviewer.store.pairs import list_pairs
 from reviewer.store.revisions import newest_revision
-from reviewer.store.runs import load_detection, run_of_name
+from reviewer.store.runs import run_of_name
 
 ROOT = Path(__file__).resolve().parent.parent
 WORLD = Path("demo-data/world-7-4")

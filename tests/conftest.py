@@ -15,7 +15,7 @@ from reviewer.models.embeddings import EmbeddingCache
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.database import Store
-from reviewer.store.pairs import list_pairs
+from reviewer.store.pairs import list_pairs, pair_ids
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def tiny_split(db, split_folder):
 def run(db, tiny_split):
     """A finished run of the tiny split."""
     run = prepare_run(db, None, PipelineSettings())
-    run_pipeline(db, run, tiny_split)
+    run_pipeline(db, run, pair_ids(db))
     return run
 
 

@@ -1,6 +1,7 @@
 """The command line: a session from import to export, and errors in one line."""
 
 import json
+import signal
 import subprocess
 import sys
 
@@ -17,7 +18,8 @@ from reviewer.errors import ReviewerError
 from reviewer.models.nets.checkpoints import load_checkpoint
 from reviewer.models.registry import build_detector
 from reviewer.store.database import Store
-from reviewer.store.runs import load_detection, run_of_name
+from reviewer.store.layers import load_detection
+from reviewer.store.runs import run_of_name
 from reviewer.store.trainings import list_trainings
 
 
@@ -95,16 +97,16 @@ def test_an_error_is_one_line_and_exit_code_2(folder, monkeypatch, capsys, argum
 def test_a_killed_run_resumes(folder):
     call("import", "data")
     code = (
-        "import os, reviewer.pipeline.runner as r\n"
-        "whole = r._run_pair\n"
+        "import os, signal, reviewer.pipeline.runner as r\n"
+        "whole = r.save_results\n"
         "def dies(*a):\n"
         "    whole(*a)\n"
-        "    os._exit(9)\n"
-        "r._run_pair = dies\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+        "r.save_results = dies\n"
         "import sys; sys.argv = ['reviewer', 'run', '--name', 'x', '--workers', '1']\n"
         "from reviewer.cli import main; main()\n"
     )
-    assert subprocess.run([sys.executable, "-c", code], cwd=folder).returncode == 9
+    assert subprocess.run([sys.executable, "-c", code], cwd=folder).returncode == -signal.SIGKILL
     again = call("run", "--name", "x")
     assert "run x: 2 pairs done, 1 were done before, 0 failed" in again.output
 

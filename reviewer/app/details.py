@@ -9,6 +9,7 @@ from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.overview import pair_overview
 from reviewer.store.pairs import pair_of_id
+from reviewer.store.regions import load_regions
 from reviewer.store.reviews import review_state
 from reviewer.store.revisions import newest_revision
 from reviewer.store.scores import pair_counts
@@ -40,7 +41,7 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         layers += ["detector"] if seen.detected else []
         layers += ["objects_live", "objects_reference"] if seen.searched else []
         layers += ["doi", "prediction"] if seen.integrated else []
-        regions = runs.load_regions(store, run.id, pair_id)
+        regions = load_regions(store, run.id, pair_id)
         counts = {str(k): v for k, v in pair_counts(store, run.id, pair_id).items()}
     if revision is not None:
         layers.append("ground_truth")

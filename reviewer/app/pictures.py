@@ -22,11 +22,12 @@ from reviewer.dataset.files import read_rgb
 from reviewer.errors import NotFound
 from reviewer.masks import Mask, components, decode_rle
 from reviewer.pipeline.fields import load_probability
-from reviewer.pipeline.stages import live_masks, region_pixels, warped_reference
+from reviewer.pipeline.stored import live_masks, region_pixels, warped_reference
 from reviewer.records import Pair, Run, Side
-from reviewer.store import runs
 from reviewer.store.database import Store
+from reviewer.store.layers import load_detection, load_objects
 from reviewer.store.overview import pair_overview
+from reviewer.store.regions import load_final_mask, load_prediction, load_regions
 from reviewer.store.revisions import newest_revision
 
 Rgba = npt.NDArray[np.uint8]
@@ -89,7 +90,7 @@ def _difference(store: Store, pair: Pair, run: Run) -> Rgb:
 
 def _detector(store: Store, pair: Pair, run: Run) -> Rgba:
     """Probability as the strength of the colour, M_o outlined."""
-    detection = runs.load_detection(store, run.id, pair.id)
+    detection = load_detection(store, run.id, pair.id)
     if detection is None:
         raise NotFound(f"pair {pair.title}: no detection in run {run.name}")
     mask = decode_rle(detection.mask)
@@ -104,7 +105,7 @@ def _detector(store: Store, pair: Pair, run: Run) -> Rgba:
 
 def _objects(side: Side) -> Callable[[Store, Pair, Run], Rgba]:
     def draw(store: Store, pair: Pair, run: Run) -> Rgba:
-        found = [o for o in runs.load_objects(store, run.id, pair.id) if o.side == side]
+        found = [o for o in load_objects(store, run.id, pair.id) if o.side == side]
         if not found and not pair_overview(store, run.id, pair.id).searched:
             raise NotFound(f"pair {pair.title}: objects were not searched in run {run.name}")
         picture = np.zeros((pair.live.height, pair.live.width, 4), np.uint8)
@@ -120,10 +121,10 @@ def _objects(side: Side) -> Callable[[Store, Pair, Run], Rgba]:
 
 def _doi(store: Store, pair: Pair, run: Run) -> Rgba:
     """Regions coloured by DoI, hatched where the outcome is to adopt the object."""
-    detection = runs.load_detection(store, run.id, pair.id)
-    regions = runs.load_regions(store, run.id, pair.id)
+    detection = load_detection(store, run.id, pair.id)
+    regions = load_regions(store, run.id, pair.id)
     if detection is None or not (
-        regions or runs.load_prediction(store, run.id, pair.id, "doi") is not None
+        regions or load_prediction(store, run.id, pair.id, "doi") is not None
     ):
         raise NotFound(f"pair {pair.title}: not integrated in run {run.name}")
     objects = live_masks(store, run.id, pair.id)
@@ -147,7 +148,7 @@ def _doi(store: Store, pair: Pair, run: Run) -> Rgba:
 
 def _prediction(store: Store, pair: Pair, run: Run) -> Rgba:
     """The final mask: the audited one where people gave verdicts."""
-    rle = runs.load_final_mask(store, run.id, pair.id)
+    rle = load_final_mask(store, run.id, pair.id)
     if rle is None:
         raise NotFound(f"pair {pair.title}: not integrated in run {run.name}")
     return _overlay(decode_rle(rle), PREDICTION)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 LayoutName = Literal["sequence", "t0t1"]
 PolarityName = Literal["auto", "white", "black"]
-LayerName = Literal["detection", "live-objects", "reference-objects"]
+LayerName = Literal["alignment", "detection", "live-objects", "reference-objects"]
 ExportName = Literal["png", "coco"]
 
 
@@ -43,7 +43,7 @@ def import_(
 @app.command("import-layer")
 def import_layer(
     kind: Annotated[LayerName, typer.Argument(help="What the files hold.")],
-    folder: Annotated[Path, typer.Argument(help="DIR/<split>/<pair>.png or .npy")],
+    folder: Annotated[Path, typer.Argument(help="DIR/<split>/<pair>.png, .npy; flows .flo, .npy")],
     run: Annotated[str, typer.Option(help="Run that shows it; made if it is new.")],
     segmenter: Annotated[
         str, typer.Option(help='Segmenter of a new run; "imported" for your own masks.')
@@ -51,27 +51,27 @@ def import_layer(
     detector: Annotated[
         str, typer.Option(help='Detector of a new run; "imported" for your own maps.')
     ] = "imported",
+    aligner: Annotated[
+        str | None, typer.Option(help='Aligner of a new run; "imported" for your own flows.')
+    ] = None,
     split: Splits = None,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Import your own detector's maps or object masks as layers of a run."""
+    """Import your own flows, detector's maps or object masks as layers of a run."""
     from reviewer.dataset.layers import import_layer as bring_in
-    from reviewer.pipeline.fields import store_detection
+    from reviewer.pipeline.fields import packing
     from reviewer.pipeline.runner import prepare_run
-    from reviewer.pipeline.settings import PipelineSettings
+    from reviewer.pipeline.settings import DEFAULT_ALIGNER, IMPORTED, PipelineSettings
     from reviewer.store.pairs import list_pairs
     from reviewer.store.runs import list_runs, run_of_name
 
     with open_store(db) as store:
         if run not in {known.name for known in list_runs(store)}:
-            prepare_run(store, run, PipelineSettings(detector=detector, segmenter=segmenter))
+            chosen = aligner or (IMPORTED if kind == "alignment" else DEFAULT_ALIGNER)
+            prepare_run(store, run, PipelineSettings(chosen, detector, segmenter=segmenter))
+        opened = run_of_name(store, run)
         report = bring_in(
-            store,
-            run_of_name(store, run),
-            kind,
-            folder,
-            list_pairs(store, split or []),
-            lambda probability, threshold: store_detection(probability, threshold, 0.0),
+            store, opened, kind, folder, list_pairs(store, split or []), packing(opened)
         )
     for title in report.without_file:
         typer.echo(f"without a file: {title}")

@@ -195,6 +195,24 @@ def read_probability(path: Path) -> npt.NDArray[np.float32]:
     return values
 
 
+def read_flow(path: Path) -> npt.NDArray[np.float32]:
+    """Return a flow field, float32, of a Middlebury `.flo` or an `.npy` file; shape as it is there.
+
+    Raises:
+        InvalidInput: when the file cannot be read, or is truncated.
+    """
+    if path.suffix.lower() != ".flo":
+        return read_array(path).astype(np.float32)
+    try:
+        data = path.read_bytes()
+        magic, (width, height) = data[:4], np.frombuffer(data[4:12], "<i4")
+        if magic != b"PIEH":
+            raise ValueError(f"begins with {magic!r}, not with the mark of .flo files")
+        return np.frombuffer(data[12:], "<f4").reshape(height, width, 2).astype(np.float32)
+    except (OSError, ValueError) as error:
+        raise InvalidInput(f"{path}: not a readable .flo file, {error}") from error
+
+
 def read_array(path: Path) -> npt.NDArray[Any]:
     """Return a .npy array; pickled objects are refused.
 

@@ -1,8 +1,10 @@
-"""Bring in what a lab's own models made: change maps and object masks of existing pairs.
+"""Bring in what a lab's own models made: flows, change maps and object masks of existing pairs.
 
 Files are `DIR/<split>/<pair>.png|.npy`, or `DIR/<pair>.*` when one split is named. Change maps are
 8-bit images (0-255) or `.npy` probabilities; objects are label images (0 = none, k = instance k) or
 `.npy` stacks (N, H, W), with names in an optional `<pair>.json`: [{"label": .., "score": ..}, ..].
+Flows are Middlebury `.flo` or `.npy` (H, W, 2), live pixel -> reference pixel, with an optional
+`<pair>.confidence.npy` in [0, 1].
 """
 
 from __future__ import annotations
@@ -15,18 +17,37 @@ from typing import Literal
 
 import numpy as np
 
-from reviewer.dataset.files import read_array, read_grey, read_probability
+from reviewer.dataset.files import read_array, read_flow, read_grey, read_probability
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.masks import Mask, encode_rle
 from reviewer.records import ObjectInstance, Pair, Run, Side
-from reviewer.store import runs
 from reviewer.store.database import Store
-from reviewer.store.runs import StoredDetection
+from reviewer.store.layers import StoredAlignment, StoredDetection, load_objects
+from reviewer.store.results import Content, Stage, StageResult, given_key, save_results
 
-Kind = Literal["detection", "live-objects", "reference-objects"]
+Kind = Literal["alignment", "detection", "live-objects", "reference-objects"]
+STAGE: dict[Kind, Stage] = {
+    "alignment": "align",
+    "detection": "detect",
+    "live-objects": "search",
+    "reference-objects": "search",
+}
 SUFFIXES = (".png", ".npy", ".tif", ".tiff", ".bmp")
+FLOW_SUFFIXES = (".flo", ".npy")
+LEAST_CONFIDENCE = 0.5
 
-Pack = Callable[[np.ndarray, float], StoredDetection]
+
+@dataclass(frozen=True, slots=True)
+class Packing:
+    """How arrays become what is kept (`pipeline.fields`).
+
+    Attributes:
+        detection: of a probability map, float32 (H, W) in [0, 1].
+        alignment: of a pair, a flow float32 (H, W, 2), and valid pixels bool (H, W).
+    """
+
+    detection: Callable[[np.ndarray], StoredDetection]
+    alignment: Callable[[Pair, np.ndarray, Mask], StoredAlignment]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,51 +59,72 @@ class LayerReport:
 
 
 def import_layer(
-    store: Store, run: Run, kind: Kind, folder: Path, pairs: list[Pair], pack: Pack
+    store: Store, run: Run, kind: Kind, folder: Path, pairs: list[Pair], pack: Packing
 ) -> LayerReport:
     """Read and check every file first, then write: a bad file leaves the run as it was.
-
-    Args:
-        pack: makes a detection of a probability map and the run's threshold (`pipeline.fields`).
 
     Raises:
         Conflict: when the run has a model of its own for this layer.
         InvalidInput: for a bad file, with its name.
         NotFound: when no pair has a file.
     """
-    member = run.detector if kind == "detection" else run.segmenter
-    if member != "imported":
-        raise Conflict(f"run {run.name}: its {kind} layer is made by {member}, not imported")
-    files = {pair.id: _find(folder, pair) for pair in pairs}
+    members = {"align": run.aligner, "detect": run.detector, "search": run.segmenter}
+    stage = STAGE[kind]
+    if members[stage] != "imported":
+        maker = members[stage]
+        raise Conflict(f"run {run.name}: its {kind} layer is made by {maker}, not imported")
+    suffixes = FLOW_SUFFIXES if kind == "alignment" else SUFFIXES
+    files = {pair.id: _find(folder, pair, suffixes) for pair in pairs}
     if not any(files.values()):
-        example = folder / pairs[0].split / f"{pairs[0].name}.png" if pairs else folder
+        name = f"{pairs[0].name}{suffixes[0]}" if pairs else ""
+        example = folder / pairs[0].split / name if pairs else folder
         raise NotFound(f"{folder}: no file for any pair; expected names such as {example}")
-    threshold = float(run.settings["threshold"])
-    side: Side = "live" if kind == "live-objects" else "reference"
-    detections: dict[int, StoredDetection] = {}
-    objects: dict[int, list[ObjectInstance]] = {}
+    read: dict[int, Content] = {}
     for pair in pairs:
         path = files[pair.id]
         if path is None:
             continue
-        if kind == "detection":
+        if kind == "alignment":
+            read[pair.id] = pack.alignment(pair, *_read_flow(path, pair))
+        elif kind == "detection":
             probability = read_probability(path)
             _check_size(path, pair, probability.shape)
-            detections[pair.id] = pack(probability, threshold)
+            read[pair.id] = pack.detection(probability)
         else:
-            objects[pair.id] = _read_objects(path, pair, side)
-    for pair_id, detection in detections.items():
-        runs.save_detection(store, run.id, pair_id, detection)
-    for pair_id, found in objects.items():
-        kept = [o for o in runs.load_objects(store, run.id, pair_id) if o.side != side]
-        runs.save_objects(store, run.id, pair_id, [*kept, *found], 0.0)
+            side: Side = "live" if kind == "live-objects" else "reference"
+            kept = [o for o in load_objects(store, run.id, pair.id) if o.side != side]
+            read[pair.id] = [*kept, *_read_objects(path, pair, side)]
+    for pair_id, content in read.items():
+        key = given_key(repr(content))
+        save_results(store, run.id, pair_id, [StageResult(stage, key, 0.0, content)])
     without = tuple(pair.title for pair in pairs if files[pair.id] is None)
-    return LayerReport(len(detections) + len(objects), without)
+    return LayerReport(len(read), without)
 
 
-def _find(folder: Path, pair: Pair) -> Path | None:
+def _read_flow(path: Path, pair: Pair) -> tuple[np.ndarray, Mask]:
+    """Return a flow and where it is believed: above 0.5 in `<pair>.confidence.npy`, if it is there.
+
+    Raises:
+        InvalidInput: when the flow is no float (H, W, 2) of the live image's size.
+    """
+    flow = read_flow(path)
+    if flow.ndim != 3 or flow.shape[2] != 2:
+        raise InvalidInput(f"{path}: a flow is (height, width, 2), not {flow.shape}")
+    _check_size(path, pair, flow.shape[:2])
+    believed: Mask = np.asarray(np.isfinite(flow).all(axis=2))
+    beside = path.with_name(f"{path.stem}.confidence.npy")
+    if beside.exists():
+        confidence = read_array(beside)
+        if confidence.ndim != 2:
+            raise InvalidInput(f"{beside}: a confidence is (height, width), not {confidence.shape}")
+        _check_size(beside, pair, confidence.shape)
+        believed = np.asarray(believed & (confidence > LEAST_CONFIDENCE))
+    return np.where(believed[..., None], flow, 0).astype(np.float32), believed
+
+
+def _find(folder: Path, pair: Pair, suffixes: tuple[str, ...]) -> Path | None:
     for parent in (folder / pair.split, folder):
-        for suffix in SUFFIXES:
+        for suffix in suffixes:
             path = parent / f"{pair.name}{suffix}"
             if path.is_file():
                 return path

@@ -10,10 +10,10 @@ from reviewer.dataset.files import read_rgb
 from reviewer.errors import NotFound
 from reviewer.models.interfaces import Image
 from reviewer.pipeline.fields import unpack_flow
-from reviewer.pipeline.stages import warped_reference
+from reviewer.pipeline.stored import warped_reference
 from reviewer.records import Pair, Run
-from reviewer.store import runs
 from reviewer.store.database import Store
+from reviewer.store.layers import load_alignment
 from reviewer.store.overview import pair_overview
 
 Picture = Literal["live", "reference"]
@@ -44,7 +44,7 @@ def live_point(
     Raises:
         NotFound: when no run aligns the pair.
     """
-    alignment = runs.load_alignment(store, _aligned_run(pair, run).id, pair.id)
+    alignment = load_alignment(store, _aligned_run(pair, run).id, pair.id)
     if alignment is None:
         raise NotFound(f"pair {pair.title}: not aligned yet; run `reviewer run align`")
     height, width = pair.live.height, pair.live.width

@@ -15,10 +15,11 @@ import cv2
 import numpy as np
 
 from reviewer.masks import Crop, Mask, Rle, components, decode_rle, encode_rle
-from reviewer.pipeline.stages import live_masks, region_pixels
+from reviewer.pipeline.stored import live_masks, region_pixels
 from reviewer.records import Pair, Run
-from reviewer.store import runs
 from reviewer.store.database import Store
+from reviewer.store.layers import load_detection, load_objects
+from reviewer.store.regions import load_final_mask, load_regions
 from reviewer.store.revisions import list_actions, newest_revision
 
 Source = Literal[
@@ -91,16 +92,16 @@ def _of(store: Store, pair: Pair, run: Run, source: Source) -> list[_Found]:
     if source == "region":
         return _regions(store, pair, run)
     if source == "detector":
-        detection = runs.load_detection(store, run.id, pair.id)
+        detection = load_detection(store, run.id, pair.id)
         return [] if detection is None else _parts(decode_rle(detection.mask))
     if source in ("object_live", "object_reference"):
         side = source.removeprefix("object_")
         return [
             (thing.label, thing.score, None, thing.mask)
-            for thing in runs.load_objects(store, run.id, pair.id)
+            for thing in load_objects(store, run.id, pair.id)
             if thing.side == side
         ]
-    final = runs.load_final_mask(store, run.id, pair.id)
+    final = load_final_mask(store, run.id, pair.id)
     if final is None:
         return []
     predicted = decode_rle(final)
@@ -124,8 +125,8 @@ def only_in(first: Mask, second: Mask) -> Mask:
 
 
 def _regions(store: Store, pair: Pair, run: Run) -> list[_Found]:
-    stored = runs.load_regions(store, run.id, pair.id)
-    detection = runs.load_detection(store, run.id, pair.id)
+    stored = load_regions(store, run.id, pair.id)
+    detection = load_detection(store, run.id, pair.id)
     if not stored or detection is None:
         return []
     labels, _ = components(decode_rle(detection.mask))

@@ -6,11 +6,11 @@ from threading import Lock
 
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.masks import encode_rle
-from reviewer.pipeline.stages import compose_audited
+from reviewer.pipeline.stored import compose_audited
 from reviewer.records import Verdict
 from reviewer.store.database import Store
+from reviewer.store.regions import region_of_id
 from reviewer.store.reviews import add_audit
-from reviewer.store.runs import region_of_id
 
 # Two verdicts on one pair must not both start from the state before either.
 _ONE_AT_A_TIME = Lock()

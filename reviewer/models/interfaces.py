@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -35,10 +35,13 @@ class Alignment:
     Attributes:
         flow: float32 (H, W, 2), (dx, dy) in pixels: live (x, y) shows reference (x + dx, y + dy).
         valid: bool (H, W), live pixels that the reference can be compared with.
+        backward: the flow from reference to live, float32 (h, w, 2) in the reference's frame, found
+            independently of `flow`; None where the aligner has none.
     """
 
     flow: Field
     valid: Mask
+    backward: Field | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,11 +77,59 @@ class Detector(Protocol):
         ...
 
 
-class Segmenter(Protocol):
-    """Finds objects on both images near a change mask."""
+@dataclass(frozen=True, slots=True)
+class Said:
+    """What a labeller said of a component of M_o, or of the whole mask (component None).
 
-    def segment(self, warped: Image, live: Image, change: Mask, valid: Mask) -> Objects:
-        """Return instances of O_l and O_r."""
+    Attributes:
+        raw: its words.
+        label: the name in them, "" = nothing to search for, and then `note` says why.
+    """
+
+    component: int | None
+    raw: str
+    label: str
+    note: str = ""
+
+
+class Labeller(Protocol):
+    """Names what has changed, for the segmenter to search."""
+
+    def name(self, live: Image, change: Mask, split: str) -> tuple[Said, ...]:
+        """Return what is said of M_o on the live image; nothing for an empty mask."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class PairView:
+    """What a segmenter may look at.
+
+    Attributes:
+        live, warped: the live image, and the reference warped to it.
+        valid: bool (H, W), where the warp has pixels.
+        change: M_o, bool (H, W); empty for a segmenter that does not read it.
+        labels: names to search for, each once, none of them empty; none for a segmenter that does
+            not read them.
+        reference, flow: the reference as it was taken, and the flow that warps it.
+    """
+
+    live: Image
+    warped: Image
+    valid: Mask
+    change: Mask
+    labels: tuple[str, ...]
+    reference: Image
+    flow: Field
+
+
+Reads = Literal["change", "labels"]
+
+
+class Segmenter(Protocol):
+    """Finds objects on both images; `registry.SEGMENTER_READS` says what else it looks at."""
+
+    def segment(self, view: PairView) -> Objects:
+        """Return instances of O_l and O_r, both in the live frame."""
         ...
 
 

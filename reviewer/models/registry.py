@@ -10,7 +10,14 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from reviewer.errors import InvalidInput
-from reviewer.models.interfaces import Aligner, ClickSegmenter, Detector, Segmenter
+from reviewer.models.interfaces import (
+    Aligner,
+    ClickSegmenter,
+    Detector,
+    Labeller,
+    Reads,
+    Segmenter,
+)
 
 if TYPE_CHECKING:
     from torch import nn
@@ -69,6 +76,18 @@ def _oversegment(**settings: Any) -> Segmenter:
     return OversegmentSegmenter(**settings)
 
 
+def _none(**settings: Any) -> Labeller:
+    from reviewer.models.labellers.plain import NoLabeller
+
+    return NoLabeller(**settings)
+
+
+def _vocabulary(**settings: Any) -> Labeller:
+    from reviewer.models.labellers.plain import VocabularyLabeller
+
+    return VocabularyLabeller(**settings)
+
+
 def _grabcut(path: str) -> ClickSegmenter:
     from reviewer.models.click_grabcut import GrabCutClicks
 
@@ -102,6 +121,15 @@ DETECTORS: dict[str, Callable[..., Detector]] = {
     **{name: _net(name) for name in NET_NAMES},
 }
 SEGMENTERS: dict[str, Callable[..., Segmenter]] = {"oversegment": _oversegment}
+# What a segmenter looks at beside the images: the rest may change without a new search.
+SEGMENTER_READS: dict[str, frozenset[Reads]] = {"oversegment": frozenset({"change"})}
+LABELLERS: dict[str, Callable[..., Labeller]] = {"none": _none, "vocabulary": _vocabulary}
+# Which setting the PATH of NAME:PATH is.
+PATH_SETTING = {
+    "loftr": "checkpoint",
+    "vocabulary": "words",
+    **{name: "checkpoint" for name in NET_NAMES},
+}
 CLICK_SEGMENTERS: dict[str, Callable[[str], ClickSegmenter]] = {
     "grabcut": _grabcut,
     "sam": _sam,
@@ -141,6 +169,16 @@ def open_detector(name: str, settings: Mapping[str, Any] | None = None) -> Detec
 def build_segmenter(name: str, settings: Mapping[str, Any] | None = None) -> Segmenter:
     """Return a segmenter; raises InvalidInput for an unknown name or setting."""
     return _build("segmenter", SEGMENTERS, name, settings)
+
+
+def segmenter_reads(name: str) -> frozenset[Reads]:
+    """Return what a segmenter looks at beside the images; nothing where its output is imported."""
+    return SEGMENTER_READS.get(name, frozenset())
+
+
+def build_labeller(name: str, settings: Mapping[str, Any] | None = None) -> Labeller:
+    """Return a labeller; raises InvalidInput for an unknown name or setting."""
+    return _build("labeller", LABELLERS, name, settings)
 
 
 def build_click_segmenter(text: str) -> ClickSegmenter:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from skimage.segmentation import felzenszwalb
 
 from reviewer.masks import Crop, Mask, components, dilate
-from reviewer.models.interfaces import Field, Image, Instance, Objects
+from reviewer.models.interfaces import Field, Image, Instance, Objects, PairView
 
 Labels = npt.NDArray[np.int64]
 
@@ -40,8 +40,9 @@ class OversegmentSegmenter:
     vote: float = 0.5
     present: float = 0.6
 
-    def segment(self, warped: Image, live: Image, change: Mask, valid: Mask) -> Objects:
+    def segment(self, view: PairView) -> Objects:
         """Return one live instance a joined component, and the reference's instances there."""
+        warped, live, change, valid = view.warped, view.live, view.change, view.valid
         found_live, found_past = [], []
         _, groups = components(dilate(change, size_px=self.join_px))
         for group in groups:

@@ -12,11 +12,15 @@ import zlib
 import cv2
 import numpy as np
 
+from reviewer.dataset.files import read_rgb
+from reviewer.dataset.layers import Packing
 from reviewer.errors import InvalidInput
-from reviewer.masks import Mask, decode_rle, encode_rle
+from reviewer.masks import Mask, encode_rle
 from reviewer.models.interfaces import Alignment, Field, Image
-from reviewer.models.warping import warp_image
-from reviewer.store.runs import StoredAlignment, StoredDetection
+from reviewer.models.warping import inside, warp_image
+from reviewer.pipeline.judging import judge
+from reviewer.records import Pair, Run
+from reviewer.store.layers import StoredAlignment, StoredDetection
 
 STRIDE = 4
 STEP = 32.0
@@ -55,44 +59,42 @@ def _samples(length: int, stride: int = STRIDE) -> np.ndarray:
     return np.arange(0, length - 1 + stride, stride, dtype=np.float32)
 
 
-def store_alignment(
-    alignment: Alignment, reference: Image, live: Image, seconds: float
-) -> StoredAlignment:
-    """Pack an alignment and measure how much it helped.
-
-    Residuals are mean absolute grey differences (0..255) after matching the mean light, over the
-    valid pixels, before and after the warp.
-    """
+def store_alignment(alignment: Alignment, reference: Image, live: Image) -> StoredAlignment:
+    """Pack an alignment, and judge it."""
     flow = pack_flow(alignment.flow)
     warped = warp_image(reference, unpack_flow(flow, *live.shape[:2]))
+    judged = judge(alignment, reference, warped, live)
     return StoredAlignment(
         flow,
         STRIDE,
         encode_rle(alignment.valid),
-        _residual(reference, live, alignment.valid),
-        _residual(warped, live, alignment.valid),
-        seconds,
+        judged.residual_before,
+        judged.residual_after,
+        judged.backward_px,
+        judged.doubt,
     )
 
 
-def load_warp(alignment: StoredAlignment, reference: Image) -> tuple[Image, Mask]:
-    """Return the reference warped to live, uint8 (H, W, 3), and the valid mask."""
-    valid = decode_rle(alignment.valid)
-    height, width = valid.shape
-    flow = unpack_flow(alignment.flow, height, width, alignment.flow_stride)
-    return warp_image(reference, flow), valid
+def pack_imported_flow(pair: Pair, flow: Field, believed: Mask) -> StoredAlignment:
+    """Return an alignment made elsewhere as it is kept: judged like any other."""
+    reference, live = read_rgb(pair.reference.path), read_rgb(pair.live.path)
+    valid: Mask = believed & inside(flow, *reference.shape[:2])
+    return store_alignment(Alignment(flow, valid), reference, live)
 
 
-def _residual(reference: Image, live: Image, valid: Mask) -> float:
-    if reference.shape != live.shape or not valid.any():
-        return 255.0
-    past = cv2.cvtColor(reference, cv2.COLOR_RGB2GRAY)[valid].astype(np.float32)
-    present = cv2.cvtColor(live, cv2.COLOR_RGB2GRAY)[valid].astype(np.float32)
-    past *= present.mean() / max(float(past.mean()), 1.0)
-    return float(np.abs(past - present).mean())
+def packing(run: Run) -> Packing:
+    """Return how imported layers are kept in a run."""
+    threshold = float(run.settings["threshold"])
+    return Packing(lambda values: store_detection(values, threshold), pack_imported_flow)
 
 
-def store_detection(probability: Field, threshold: float, seconds: float) -> StoredDetection:
+def load_flow(alignment: StoredAlignment) -> Field:
+    """Return the kept flow, float32 (H, W, 2)."""
+    valid = alignment.valid
+    return unpack_flow(alignment.flow, valid.height, valid.width, alignment.flow_stride)
+
+
+def store_detection(probability: Field, threshold: float) -> StoredDetection:
     """Return M_o = probability > threshold, with the probability as an 8-bit PNG.
 
     The mask is taken from the 8-bit values, so that map and mask never contradict each other.
@@ -101,7 +103,7 @@ def store_detection(probability: Field, threshold: float, seconds: float) -> Sto
     ok, data = cv2.imencode(".png", levels, [cv2.IMWRITE_PNG_COMPRESSION, 3])
     assert ok, "OpenCV refused a plain grey image"
     mask: Mask = levels > threshold * 255
-    return StoredDetection(data.tobytes(), threshold, encode_rle(mask), seconds)
+    return StoredDetection(data.tobytes(), threshold, encode_rle(mask))
 
 
 def load_probability(detection: StoredDetection) -> Field | None:

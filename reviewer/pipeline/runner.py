@@ -1,123 +1,202 @@
-"""Take many pairs through the stages, resume where a killed run stopped, record what failed.
+"""Take many pairs through the stages: plan, hand out, write; resume where a killed run stopped.
 
-Threads suffice: the models are C code that lets go of the interpreter.
+This process plans every pair and is the only one that writes: what is there already is left alone,
+what another run made of the same inputs is taken over, the rest goes to an engine. Each pair is
+written in one transaction as soon as it is done, so a killed run loses the pairs in hand.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-from reviewer.errors import ReviewerError
-from reviewer.models.registry import settings_of
+from reviewer.errors import Conflict
+from reviewer.models.registry import segmenter_reads
+from reviewer.pipeline.engines import Engine, EngineName
+from reviewer.pipeline.members import Members, build_members
+from reviewer.pipeline.plan import Plan
 from reviewer.pipeline.settings import PipelineSettings, current_versions
-from reviewer.pipeline.stages import Members, build_members, run_stage
+from reviewer.pipeline.work import Known, PairTask
 from reviewer.records import Pair, Run
-from reviewer.store import runs
+from reviewer.store import layers, runs
 from reviewer.store.database import Store
-from reviewer.store.runs import STAGES, Stage
+from reviewer.store.pairs import pairs_of_ids
+from reviewer.store.results import STAGES, Stage, save_results, stage_keys, take_over
 
-Progress = Callable[[int, int], None]
-
-PAPER_THRESHOLD = 0.5
+CHUNK = 256
 
 
 @dataclass(slots=True)
 class RunReport:
-    """What a run did: pairs finished, skipped because they were done, and failures by pair."""
+    """What a run did so far: pairs finished, pairs that were done before, failures by pair."""
 
     run: str
+    total: int
     done: int = 0
     already_done: int = 0
+    taken_over: int = 0
     failures: list[str] = field(default_factory=list)
+    started: float = field(default_factory=time.perf_counter)
+
+    @property
+    def pairs_per_s(self) -> float:
+        """Pairs worked on a second."""
+        elapsed = time.perf_counter() - self.started
+        return (self.done + len(self.failures)) / elapsed if elapsed > 0 else 0.0
+
+    @property
+    def seconds_left(self) -> float | None:
+        """What the rest takes at that rate; None before the first pair."""
+        rate = self.pairs_per_s
+        rest = self.total - self.done - self.already_done - len(self.failures)
+        return rest / rate if rate else None
 
 
-def prepare_run(store: Store, name: str | None, settings: PipelineSettings) -> Run:
+Progress = Callable[[RunReport], None]
+
+
+def prepare_run(
+    store: Store, name: str | None, settings: PipelineSettings, members: Members | None = None
+) -> Run:
     """Open the run of these settings, made if it is new.
 
     What is recorded are the settings in force: the members' defaults too, so that a later version
     with other defaults still knows what this run did.
 
+    Args:
+        members: the models of these settings, where they are built already.
+
     Raises:
         Conflict: when a run of that name has other settings.
         InvalidInput: when a member is unknown.
     """
-    built = build_members(settings)
-    in_force = {
-        stage: settings_of(member)
-        for stage, member in (
-            ("align", built.aligner),
-            ("detect", built.detector),
-            ("search", built.segmenter),
-        )
-        if member is not None
-    }
-    threshold = settings.threshold
-    if threshold is None:
-        threshold = getattr(built.detector, "threshold", PAPER_THRESHOLD)
-    settings = replace(settings, model_settings=in_force, threshold=threshold)
-    members = {
+    built = members or build_members(settings)
+    threshold = built.threshold() if settings.threshold is None else settings.threshold
+    settings = replace(settings, model_settings=built.settings(), threshold=threshold)
+    names = {
         "aligner": settings.aligner,
         "detector": settings.detector,
         "segmenter": settings.segmenter,
     }
     chosen = name or settings.default_name()
-    return runs.open_run(store, chosen, members, settings.record(), current_versions())
+    return runs.open_run(store, chosen, names, settings.record(), current_versions())
 
 
 def run_pipeline(
     store: Store,
     run: Run,
-    pairs: Sequence[Pair],
+    pair_ids: Sequence[int],
     *,
-    stages: Iterable[Stage] = STAGES,
+    stages: Sequence[Stage] = STAGES,
+    engine: EngineName = "local",
+    address: str | None = None,
     workers: int = 1,
-    progress: Progress = lambda done, total: None,
+    members: Members | None = None,
+    progress: Progress = lambda report: None,
 ) -> RunReport:
     """Do the stages for all pairs that do not have them; a failing pair is recorded and passed by.
 
     Args:
-        progress: called with (pairs finished, pairs in all) after each pair.
+        engine: "local" or "ray", the latter at `address` (None: a cluster on this machine).
+        workers: pairs at a time.
+        members: the models of the run, where they are built already; else the engine builds them.
+        progress: called after each pair.
+
+    Raises:
+        InvalidInput: when the engine or the models cannot be had.
     """
     settings = PipelineSettings.of_record(run.settings)
-    members = build_members(settings)
-    wanted = [stage for stage in STAGES if stage in set(stages)]
-    finished = {stage: runs.finished_pairs(store, run.id, stage) for stage in wanted}
-    report = RunReport(run.name)
-    todo = []
-    for pair in pairs:
-        missing = [stage for stage in wanted if pair.id not in finished[stage]]
-        if missing:
-            todo.append((pair, missing))
-    report.already_done = len(pairs) - len(todo)
-
-    def work(job: tuple[Pair, list[Stage]]) -> str | None:
-        return _run_pair(store, run, settings, members, *job)
-
-    with ThreadPoolExecutor(max_workers=workers) as pool:
-        for number, failure in enumerate(pool.map(work, todo), start=1):
-            if failure:
-                report.failures.append(failure)
-            else:
-                report.done += 1
-            progress(number, len(todo))
+    report = RunReport(run.name, len(pair_ids))
+    tasks = _tasks(store, run, settings, pair_ids, stages, report, progress)
+    chosen = _engine(settings, engine, address, workers, members)
+    for outcome in chosen.outcomes(tasks):
+        failure = outcome.failure
+        try:
+            save_results(store, run.id, outcome.pair.id, outcome.results, failure)
+        except Conflict as error:
+            failure = "integrate", str(error)
+            kept = [result for result in outcome.results if result.stage != "integrate"]
+            save_results(store, run.id, outcome.pair.id, kept, failure)
+        if failure is None:
+            report.done += 1
+        else:
+            report.failures.append(f"pair {outcome.pair.title}, stage {failure[0]}: {failure[1]}")
+        progress(report)
     return report
 
 
-def _run_pair(
+def _engine(
+    settings: PipelineSettings,
+    engine: EngineName,
+    address: str | None,
+    workers: int,
+    members: Members | None,
+) -> Engine:
+    if engine == "ray":
+        from reviewer.pipeline.engines.cluster import RayEngine
+
+        return RayEngine(settings, workers, address)
+    from reviewer.pipeline.engines.local import InProcess, Processes
+
+    if workers == 1 or _has_gpu():
+        return InProcess(settings, members or build_members(settings), workers)
+    return Processes(settings, workers)
+
+
+def _has_gpu() -> bool:
+    from reviewer.models.device import best_device
+
+    return best_device() != "cpu"
+
+
+def _tasks(
     store: Store,
     run: Run,
     settings: PipelineSettings,
-    members: Members,
-    pair: Pair,
+    pair_ids: Sequence[int],
     stages: Sequence[Stage],
-) -> str | None:
-    for stage in stages:
-        try:
-            run_stage(store, run, settings, members, stage, pair)
-        except ReviewerError as error:
-            message = f"pair {pair.title}, stage {stage}: {error}"
-            runs.save_failure(store, run.id, pair.id, stage, str(error))
-            return message
-    return None
+    report: RunReport,
+    progress: Progress,
+) -> Iterator[PairTask]:
+    """Yield what there is to do, pair by pair, with what earlier stages left."""
+    plan = Plan(settings, segmenter_reads(settings.segmenter))
+    wanted = [stage for stage in STAGES if stage in set(stages)]
+    for start in range(0, len(pair_ids), CHUNK):
+        ids = pair_ids[start : start + CHUNK]
+        kept = stage_keys(store, run.id, ids)
+        for pair in pairs_of_ids(store, ids):
+            found = plan.of_pair(pair, kept[pair.id], wanted)
+            todo = [(stage, found.keys[stage]) for stage in found.todo]
+            left = [
+                (stage, key)
+                for stage, key in todo
+                if not take_over(store, run.id, pair.id, stage, key)
+            ]
+            if left:
+                yield PairTask(pair, tuple(left), _known(store, run, pair, plan, left))
+                continue
+            report.already_done += 1
+            report.taken_over += bool(todo)
+            progress(report)
+
+
+def _known(
+    store: Store, run: Run, pair: Pair, plan: Plan, todo: Sequence[tuple[Stage, str]]
+) -> Known:
+    """Load what the stages to do read of the ones that are done."""
+    made = {stage for stage, _ in todo}
+    read: set[Stage] = {read for stage in made for read in plan.inputs[stage]} - made
+    # Imported objects are there before their stage says so.
+    if "search" in made:
+        read.add("search")
+    known = Known()
+    if "align" in read:
+        known.alignment = layers.load_alignment(store, run.id, pair.id)
+    if "detect" in read:
+        known.detection = layers.load_detection(store, run.id, pair.id)
+    if "label" in read:
+        known.labels = layers.load_labels(store, run.id, pair.id)
+    if "search" in read:
+        known.objects = layers.load_objects(store, run.id, pair.id)
+    return known

@@ -13,7 +13,10 @@ from reviewer.doi import HIGH, LOW, Overlaps, Scope
 from reviewer.errors import InvalidInput
 
 IMPORTED = "imported"
-"""Stands for a detector or segmenter whose output came from elsewhere (`reviewer import-layer`)."""
+"""An aligner, detector or segmenter whose output came from elsewhere (`reviewer import-layer`)."""
+
+
+DEFAULT_ALIGNER = "dis"
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,16 +24,18 @@ class PipelineSettings:
     """Members by registry name, their own settings, and how DoI integrates them.
 
     Attributes:
-        aligner, detector, segmenter: registry names; the last two may be "imported".
-        model_settings: settings of each member by stage ("align", "detect", "search"); defaults
-            where empty. A run's record holds all of them.
+        aligner, detector, labeller, segmenter: registry names; all but the labeller may be
+            "imported".
+        model_settings: settings of each member by stage ("align", "detect", "label", "search");
+            defaults where empty. A run's record holds all of them.
         threshold: a pixel is changed where its probability exceeds this; None = as the
             detector says, which is 0.5 (the paper) unless a checkpoint says otherwise.
         scope, low, high, max_overlap_px, overlaps, touching_only: see `reviewer.doi.integrate`.
     """
 
-    aligner: str = "dis"
+    aligner: str = DEFAULT_ALIGNER
     detector: str = "difference"
+    labeller: str = "none"
     segmenter: str = "oversegment"
     model_settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     threshold: float | None = None
@@ -69,7 +74,8 @@ class PipelineSettings:
 
     def default_name(self) -> str:
         """Return a name from members and scope: dis-difference-oversegment-component."""
-        return f"{self.aligner}-{self.detector}-{self.segmenter}-{self.scope}"
+        labeller = [] if self.labeller == "none" else [self.labeller]
+        return "-".join([self.aligner, self.detector, *labeller, self.segmenter, self.scope])
 
 
 def current_versions() -> dict[str, str]:

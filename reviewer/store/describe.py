@@ -52,7 +52,7 @@ def _section(kind: str, name: str, sql: str, columns: list[tuple[str, str, int]]
     lines += ["| column | type | |", "|---|---|---|"]
     for column, declared, required in columns:
         comment = re.search(rf"^\s*{column} (?:(?!--)[\s\S])*--\s*(.*)$", rest, re.MULTILINE)
-        assert comment, f"column {name}.{column} has no comment in db/migrations.py"
+        assert comment, f"column {name}.{column} has no comment in db/sql/"
         text = comment[1]
         null = "" if required or "NULL" in text or text == "key" else "; may be NULL"
         lines.append(f"| `{column}` | {declared} | {text}{null} |")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 
 from reviewer.store.database import Store
@@ -12,6 +13,7 @@ class Overview:
     """Finished stages of a pair in a run.
 
     Attributes:
+        residual_after, valid_fraction, backward_px, doubt: see `store.layers.StoredAlignment`.
         version: changes whenever a layer of the pair may look different.
     """
 
@@ -21,6 +23,8 @@ class Overview:
     integrated: bool
     residual_after: float | None
     valid_fraction: float | None
+    backward_px: float | None
+    doubt: str
     version: str
 
 
@@ -30,28 +34,31 @@ def pair_overview(store: Store, run_id: int, pair_id: int) -> Overview:
         store.read()
         .execute(
             """
-            SELECT a.residual_after, a.valid_fraction, a.seconds AS a_s, d.seconds AS d_s,
-                s.seconds AS s_s,
+            SELECT a.residual_after, a.valid_fraction, a.backward_px, a.doubt,
+                (SELECT group_concat(stage || ' ' || key, ',') FROM results
+                    WHERE run_id = :run AND pair_id = :pair) AS made,
+                d.pair_id AS detected,
                 (SELECT area FROM predictions WHERE run_id = :run AND pair_id = :pair
                     AND method = 'doi') AS area,
                 (SELECT coalesce(max(u.id), 0) FROM audits u JOIN regions g ON g.id = u.region_id
                     WHERE g.run_id = :run AND g.pair_id = :pair) AS audit
             FROM (SELECT 1) LEFT JOIN alignments a ON a.run_id = :run AND a.pair_id = :pair
             LEFT JOIN detections d ON d.run_id = :run AND d.pair_id = :pair
-            LEFT JOIN searches s ON s.run_id = :run AND s.pair_id = :pair
             """,
             {"run": run_id, "pair": pair_id},
         )
         .fetchone()
     )
-    marks = [row["a_s"], row["d_s"], row["s_s"], row["area"]]
-    done = "".join("0" if mark is None else "1" for mark in marks)
+    made = dict(part.split(" ", 1) for part in (row["made"] or "").split(",") if part)
+    digest = hashlib.sha256(f"{made}{row['area']}".encode()).hexdigest()[:12]
     return Overview(
-        marks[0] is not None,
-        marks[1] is not None,
-        marks[2] is not None,
-        marks[3] is not None,
+        row["doubt"] is not None,
+        row["detected"] is not None,
+        "search" in made,
+        row["area"] is not None,
         row["residual_after"],
         row["valid_fraction"],
-        f"{store.identity}.{run_id}.{done}.{row['audit']}",
+        row["backward_px"],
+        row["doubt"] or "",
+        f"{store.identity}.{run_id}.{digest}.{row['audit']}",
     )

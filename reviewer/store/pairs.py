@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sqlite3
 from collections.abc import Iterable, Sequence
@@ -202,14 +203,42 @@ def list_pairs(store: Store, splits: Sequence[str] = ()) -> list[Pair]:
     Raises:
         NotFound: when a named split does not exist.
     """
+    where, values = _in_splits(store, splits)
+    rows = store.read().execute(f"{PAIR_SELECT} {where} ORDER BY s.name, p.name", values)
+    return [_pair(store, row) for row in rows]
+
+
+def _in_splits(store: Store, splits: Sequence[str]) -> tuple[str, list[str]]:
     known = {split.name for split in list_splits(store)}
     for name in splits:
         if name not in known:
             raise NotFound(f"split {name}: does not exist; there are {', '.join(sorted(known))}")
     marks = ", ".join("?" * len(splits))
-    where = f"WHERE s.name IN ({marks})" if splits else ""
-    rows = store.read().execute(f"{PAIR_SELECT} {where} ORDER BY s.name, p.name", list(splits))
-    return [_pair(store, row) for row in rows]
+    return (f"WHERE s.name IN ({marks})" if splits else ""), list(splits)
+
+
+def pair_ids(store: Store, splits: Sequence[str] = ()) -> list[int]:
+    """Return the ids of pairs by split and name; of all splits when none are named.
+
+    Raises:
+        NotFound: when a named split does not exist.
+    """
+    where, values = _in_splits(store, splits)
+    rows = store.read().execute(
+        "SELECT p.id FROM pairs p JOIN splits s ON s.id = p.split_id"
+        f" {where} ORDER BY s.name, p.name",
+        values,
+    )
+    return [row["id"] for row in rows]
+
+
+def pairs_of_ids(store: Store, ids: Sequence[int]) -> list[Pair]:
+    """Return pairs in the order of their ids given."""
+    rows = store.read().execute(
+        f"{PAIR_SELECT} WHERE p.id IN (SELECT value FROM json_each(?))", [json.dumps(list(ids))]
+    )
+    found = {row["id"]: _pair(store, row) for row in rows}
+    return [found[pair_id] for pair_id in ids]
 
 
 def pair_of_id(store: Store, pair_id: int) -> Pair:

@@ -8,8 +8,8 @@ from reviewer.errors import Conflict, InvalidInput
 from reviewer.masks import Rle, empty_rle
 from reviewer.records import ReviewState, Verdict
 from reviewer.store.database import Store, require, utc_now
+from reviewer.store.regions import put_prediction
 from reviewer.store.revisions import insert_revision, newest_row, pair_row
-from reviewer.store.runs import put_prediction
 
 STATES: tuple[ReviewState, ...] = (
     "todo",

@@ -1,53 +1,16 @@
-"""Runs and what their stages leave behind: alignments, detections, objects, regions, predictions.
-
-Each stage writes one pair in one transaction, so a killed run resumes with the pair it was at.
-"""
+"""Runs: one passage of the pipeline each, with every setting; listed, compared, deleted."""
 
 from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
-from reviewer.doi import Region
 from reviewer.errors import Conflict, NotFound
-from reviewer.masks import Rle
-from reviewer.records import Method, ObjectInstance, Run, StoredRegion
-from reviewer.store.database import Store, mask_columns, require, utc_now
-from reviewer.store.revisions import rle_of_row
-
-Stage = Literal["align", "detect", "search", "integrate"]
-STAGES: tuple[Stage, ...] = ("align", "detect", "search", "integrate")
-STAGE_TABLE: dict[Stage, str] = {
-    "align": "alignments",
-    "detect": "detections",
-    "search": "searches",
-    "integrate": "predictions",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class StoredAlignment:
-    """An alignment as stored; `pipeline.fields` turns flow bytes back into arrays."""
-
-    flow: bytes
-    flow_stride: int
-    valid: Rle
-    residual_before: float
-    residual_after: float
-    seconds: float
-
-
-@dataclass(frozen=True, slots=True)
-class StoredDetection:
-    """M_o, and the probability map as a grey PNG where there is one."""
-
-    probability_png: bytes | None
-    threshold: float
-    mask: Rle
-    seconds: float
+from reviewer.records import Run
+from reviewer.store.database import Store, utc_now
 
 
 def open_run(
@@ -129,253 +92,75 @@ def run_of_name(store: Store, name: str) -> Run:
     raise NotFound(f"run {name}: does not exist; there are {', '.join(r.name for r in runs)}")
 
 
-def finished_pairs(store: Store, run_id: int, stage: Stage) -> set[int]:
-    """Return the ids of the pairs that a stage of a run has done."""
-    query = f"SELECT DISTINCT pair_id FROM {STAGE_TABLE[stage]} WHERE run_id = ?"
-    return {row["pair_id"] for row in store.read().execute(query, [run_id])}
+@dataclass(frozen=True, slots=True)
+class StageSummary:
+    """A stage of a run: pairs done and failed, mean seconds a pair over those it made itself."""
+
+    stage: str
+    done: int
+    failed: int
+    mean_seconds: float
 
 
-def save_alignment(store: Store, run_id: int, pair_id: int, alignment: StoredAlignment) -> None:
-    """Write the alignment of a pair, in place of an earlier one."""
-    valid = alignment.valid
-    values = [
-        run_id,
-        pair_id,
-        alignment.flow,
-        alignment.flow_stride,
-        valid.counts,
-        valid.area / (valid.height * valid.width),
-        alignment.residual_before,
-        alignment.residual_after,
-        alignment.seconds,
-    ]
+@dataclass(frozen=True, slots=True)
+class RunFailure:
+    """A pair that a stage could not do."""
 
-    def work(db: sqlite3.Connection) -> None:
-        db.execute("INSERT OR REPLACE INTO alignments VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", values)
-        _forget_failure(db, run_id, pair_id, "align")
-
-    store.write(work)
+    pair: str
+    stage: str
+    message: str
+    created_at: str
 
 
-def load_alignment(store: Store, run_id: int, pair_id: int) -> StoredAlignment | None:
-    """Return the alignment of a pair, None where the stage has not run."""
-    row = (
-        store.read()
-        .execute(
-            "SELECT a.*, i.height, i.width FROM alignments a JOIN pairs p ON p.id = a.pair_id"
-            " JOIN images i ON i.id = p.live_id WHERE a.run_id = ? AND a.pair_id = ?",
-            [run_id, pair_id],
-        )
-        .fetchone()
-    )
-    if row is None:
-        return None
-    area = round(row["valid_fraction"] * row["height"] * row["width"])
-    valid = Rle(row["height"], row["width"], row["valid_rle"], area, (0, 0, 0, 0))
-    return StoredAlignment(
-        row["flow"],
-        row["flow_stride"],
-        valid,
-        row["residual_before"],
-        row["residual_after"],
-        row["seconds"],
-    )
-
-
-def save_detection(store: Store, run_id: int, pair_id: int, detection: StoredDetection) -> None:
-    """Write M_o of a pair, in place of an earlier one."""
-    values = [
-        run_id,
-        pair_id,
-        detection.probability_png,
-        detection.threshold,
-        *mask_columns(detection.mask),
-        detection.seconds,
-    ]
-
-    def work(db: sqlite3.Connection) -> None:
-        db.execute(
-            f"INSERT OR REPLACE INTO detections VALUES ({', '.join('?' * len(values))})", values
-        )
-        _forget_failure(db, run_id, pair_id, "detect")
-
-    store.write(work)
-
-
-def load_detection(store: Store, run_id: int, pair_id: int) -> StoredDetection | None:
-    """Return M_o of a pair, None where the stage has not run."""
-    row = (
-        store.read()
-        .execute("SELECT * FROM detections WHERE run_id = ? AND pair_id = ?", [run_id, pair_id])
-        .fetchone()
-    )
-    if row is None:
-        return None
-    return StoredDetection(row["probability"], row["threshold"], rle_of_row(row), row["seconds"])
-
-
-def save_objects(
-    store: Store,
-    run_id: int,
-    pair_id: int,
-    objects: Sequence[ObjectInstance],
-    seconds: float,
-) -> None:
-    """Write all instances of a pair (both sides), in place of earlier ones."""
-
-    def work(db: sqlite3.Connection) -> None:
-        db.execute("DELETE FROM objects WHERE run_id = ? AND pair_id = ?", [run_id, pair_id])
-        db.executemany(
-            "INSERT INTO objects (run_id, pair_id, side, number, label, score, height, width, rle,"
-            " area, box_x, box_y, box_width, box_height)"
-            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-            [
-                [run_id, pair_id, o.side, o.number, o.label, o.score, *mask_columns(o.mask)]
-                for o in objects
-            ],
-        )
-        db.execute("INSERT OR REPLACE INTO searches VALUES (?, ?, ?)", [run_id, pair_id, seconds])
-        _forget_failure(db, run_id, pair_id, "search")
-
-    store.write(work)
-
-
-def load_objects(store: Store, run_id: int, pair_id: int) -> list[ObjectInstance]:
-    """Return the instances of a pair: live ones first, each side by number."""
+def run_summary(store: Store, run_id: int) -> list[StageSummary]:
+    """Return what each stage of a run has done, in the order of the pipeline."""
     rows = store.read().execute(
-        "SELECT * FROM objects WHERE run_id = ? AND pair_id = ? ORDER BY side, number",
-        [run_id, pair_id],
+        "WITH s (stage, place) AS"
+        " (VALUES ('align', 1), ('detect', 2), ('label', 3), ('search', 4), ('integrate', 5))"
+        " SELECT s.stage, count(r.pair_id) AS done, coalesce(avg(r.seconds), 0) AS mean,"
+        " (SELECT count(*) FROM failures f WHERE f.run_id = :run AND f.stage = s.stage) AS failed"
+        " FROM s LEFT JOIN results r ON r.stage = s.stage AND r.run_id = :run"
+        " GROUP BY s.stage ORDER BY s.place",
+        {"run": run_id},
     )
-    return [
-        ObjectInstance(row["side"], row["number"], row["label"], row["score"], rle_of_row(row))
-        for row in rows
-    ]
+    return [StageSummary(row["stage"], row["done"], row["failed"], row["mean"]) for row in rows]
 
 
-def save_integration(
-    store: Store, run_id: int, pair_id: int, regions: Sequence[Region], base: Rle, final: Rle
-) -> None:
-    """Write the regions and both predictions (M_o and with DoI) of a pair."""
-
-    def work(db: sqlite3.Connection) -> None:
-        db.execute("DELETE FROM regions WHERE run_id = ? AND pair_id = ?", [run_id, pair_id])
-        for number, region in enumerate(regions):
-            x0, y0, x1, y1 = region.box_xyxy or (0, 0, 0, 0)
-            db.execute(
-                "INSERT INTO regions (run_id, pair_id, number, objects, components, overlap_px,"
-                " f_b, iou, doi, choice, inspect, reason, box_x, box_y, box_width, box_height)"
-                " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                [
-                    run_id,
-                    pair_id,
-                    number,
-                    json.dumps(region.object_indices),
-                    json.dumps(region.component_indices),
-                    region.overlap_px,
-                    region.f_b,
-                    region.iou,
-                    region.doi,
-                    region.choice,
-                    int(region.inspect),
-                    region.reason,
-                    x0,
-                    y0,
-                    x1 - x0,
-                    y1 - y0,
-                ],
-            )
-        for method, rle in (("base", base), ("doi", final)):
-            put_prediction(db, run_id, pair_id, method, rle)
-        _forget_failure(db, run_id, pair_id, "integrate")
-
-    store.write(work)
-
-
-def load_regions(store: Store, run_id: int, pair_id: int) -> list[StoredRegion]:
-    """Return the regions of a pair by number, each with its newest verdict."""
+def run_failures(store: Store, run_id: int) -> list[RunFailure]:
+    """Return the pairs that a run could not do, by name."""
     rows = store.read().execute(
-        "SELECT g.*, d.verdict, d.annotator, d.labels FROM regions g"
-        " JOIN doi_decisions d ON d.region_id = g.id"
-        " WHERE g.run_id = ? AND g.pair_id = ? ORDER BY g.number",
-        [run_id, pair_id],
+        "SELECT s.name || '/' || p.name AS pair, f.stage, f.message, f.created_at FROM failures f"
+        " JOIN pairs p ON p.id = f.pair_id JOIN splits s ON s.id = p.split_id"
+        " WHERE f.run_id = ? ORDER BY 1, 2",
+        [run_id],
     )
-    return [_region(row) for row in rows]
+    return [RunFailure(*row) for row in rows]
 
 
-def region_of_id(store: Store, region_id: int) -> tuple[int, int]:
-    """Return (run id, pair id) of a region.
+def delete_run(store: Store, name: str, *, with_verdicts: bool = False) -> None:
+    """Delete a run and all its layers, regions, predictions and scores; ground truth stays.
 
     Raises:
-        NotFound: when the region does not exist.
+        NotFound: when there is none of that name.
+        Conflict: when people gave verdicts in it, unless `with_verdicts` says so.
     """
-    row = require(
-        store.read()
-        .execute("SELECT run_id, pair_id FROM regions WHERE id = ?", [region_id])
-        .fetchone(),
-        f"region {region_id}: does not exist",
-    )
-    return row["run_id"], row["pair_id"]
+    run = run_of_name(store, name)
 
+    def work(db: sqlite3.Connection) -> None:
+        verdicts = db.execute(
+            "SELECT count(*) FROM audits a JOIN regions g ON g.id = a.region_id WHERE g.run_id = ?",
+            [run.id],
+        ).fetchone()[0]
+        if verdicts and not with_verdicts:
+            raise Conflict(
+                f"run {name}: holds {verdicts} verdicts of people, which would be gone too;"
+                " say --with-verdicts if that is wanted"
+            )
+        # The trigger keeps single verdicts from being lost; a whole run goes on purpose. It is
+        # put back in the same transaction.
+        guard = db.execute("SELECT sql FROM sqlite_master WHERE name = 'audits_last'").fetchone()[0]
+        db.execute("DROP TRIGGER audits_last")
+        db.execute("DELETE FROM runs WHERE id = ?", [run.id])
+        db.execute(guard)
 
-def load_prediction(store: Store, run_id: int, pair_id: int, method: Method) -> Rle | None:
-    """Return a final mask of a run, None where there is none."""
-    row = (
-        store.read()
-        .execute(
-            "SELECT * FROM predictions WHERE run_id = ? AND pair_id = ? AND method = ?",
-            [run_id, pair_id, method],
-        )
-        .fetchone()
-    )
-    return rle_of_row(row) if row else None
-
-
-def load_final_mask(store: Store, run_id: int, pair_id: int) -> Rle | None:
-    """Return what a run says in the end: the audited mask where people gave verdicts, else the one
-    with DoI; None before either."""
-    audited = load_prediction(store, run_id, pair_id, "audited")
-    return audited or load_prediction(store, run_id, pair_id, "doi")
-
-
-def save_failure(store: Store, run_id: int, pair_id: int, stage: Stage, message: str) -> None:
-    """Record that a stage could not do a pair; its earlier result stays."""
-    values = [run_id, pair_id, stage, message, utc_now()]
-    store.write(
-        lambda db: db.execute("INSERT OR REPLACE INTO failures VALUES (?, ?, ?, ?, ?)", values)
-    )
-
-
-def put_prediction(
-    db: sqlite3.Connection, run_id: int, pair_id: int, method: str, rle: Rle
-) -> None:
-    """Write a final mask inside a transaction of the writer."""
-    values = [run_id, pair_id, method, *mask_columns(rle)]
-    db.execute(
-        f"INSERT OR REPLACE INTO predictions VALUES ({', '.join('?' * len(values))})", values
-    )
-
-
-def _forget_failure(db: sqlite3.Connection, run_id: int, pair_id: int, stage: Stage) -> None:
-    db.execute(
-        "DELETE FROM failures WHERE run_id = ? AND pair_id = ? AND stage = ?",
-        [run_id, pair_id, stage],
-    )
-
-
-def _region(row: sqlite3.Row) -> StoredRegion:
-    x, y, width, height = row["box_x"], row["box_y"], row["box_width"], row["box_height"]
-    region = Region(
-        tuple(json.loads(row["objects"])),
-        tuple(json.loads(row["components"])),
-        row["overlap_px"],
-        row["f_b"],
-        row["iou"],
-        row["doi"],
-        row["choice"],
-        bool(row["inspect"]),
-        row["reason"],
-        (x, y, x + width, y + height) if width else None,
-    )
-    return StoredRegion(
-        row["id"], row["number"], region, row["labels"] or "", row["verdict"], row["annotator"]
-    )
+    store.write(work)

@@ -23,7 +23,7 @@ from reviewer.models.embeddings import EmbeddingCache
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.database import Store
-from reviewer.store.pairs import list_pairs
+from reviewer.store.pairs import pair_ids
 
 TOKEN = "browser-test-token"
 
@@ -59,7 +59,7 @@ def server(tmp_path):
     with Store(tmp_path / "reviewer.db", create=True) as store:
         import_split(store, "cs1", folder, ImportSettings(), lambda *_: None)
         run = prepare_run(store, "first", PipelineSettings())
-        run_pipeline(store, run, list_pairs(store))
+        run_pipeline(store, run, pair_ids(store))
         desks = Desks(store)
         shell = Shell(desks)
         access = Access.create("127.0.0.1", port, TOKEN, [])

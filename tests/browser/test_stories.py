@@ -12,9 +12,10 @@ from workbench import on_live, wait_saved, wait_title, workbench_of
 from reviewer.export.png import export_png
 from reviewer.export.selection import select_labelled
 from reviewer.masks import decode_png, decode_rle
+from reviewer.store.layers import load_objects
+from reviewer.store.regions import load_prediction
 from reviewer.store.reviews import annotator_id, review_state
 from reviewer.store.revisions import list_revisions, newest_revision
-from reviewer.store.runs import load_objects, load_prediction
 
 pytestmark = pytest.mark.browser
 

@@ -8,14 +8,13 @@ import pytest
 from reviewer.dataset.layers import import_layer
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.masks import decode_rle, encode_png
-from reviewer.pipeline.fields import load_probability, store_detection
+from reviewer.pipeline.fields import load_probability, packing
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
-from reviewer.store.runs import finished_pairs, load_detection, load_objects, load_regions
-
-
-def pack(probability, threshold):
-    return store_detection(probability, threshold, 0.0)
+from reviewer.store.layers import load_detection, load_objects
+from reviewer.store.pairs import pair_ids
+from reviewer.store.regions import load_regions
+from reviewer.store.results import finished_pairs
 
 
 @pytest.fixture
@@ -38,10 +37,15 @@ def test_probabilities_come_in_and_the_pipeline_goes_on(db, tiny_split, own_run,
     objects[0, 40:60, 48:75] = 1
     np.save(tmp_path / "0000.npy", objects)
     (tmp_path / "0000.json").write_text(json.dumps([{"label": "pen", "score": 0.7}]))
-    report = import_layer(db, own_run, "detection", tmp_path / "maps", tiny_split, pack)
+    report = import_layer(db, own_run, "detection", tmp_path / "maps", tiny_split, packing(own_run))
     assert (report.imported, report.without_file) == (2, ("cs1/0002",))
-    assert import_layer(db, own_run, "live-objects", tmp_path, tiny_split[:1], pack).imported == 1
-    done = run_pipeline(db, own_run, tiny_split)
+    assert (
+        import_layer(
+            db, own_run, "live-objects", tmp_path, tiny_split[:1], packing(own_run)
+        ).imported
+        == 1
+    )
+    done = run_pipeline(db, own_run, pair_ids(db))
     assert done.done == 2
     assert "no imported detection" in done.failures[0]
     stored = load_detection(db, own_run.id, tiny_split[0].id)
@@ -66,14 +70,14 @@ def test_a_bad_map_is_refused_and_the_run_stays_as_it_was(
     np.save(tmp_path / "0000.npy", maps(tiny_split))
     np.save(tmp_path / "0001.npy", array)
     with pytest.raises(InvalidInput, match=message):
-        import_layer(db, own_run, "detection", tmp_path, tiny_split, pack)
+        import_layer(db, own_run, "detection", tmp_path, tiny_split, packing(own_run))
     assert finished_pairs(db, own_run.id, "detect") == set()
 
 
 def test_pickled_arrays_are_refused(db, tiny_split, own_run, tmp_path):
     np.save(tmp_path / "0000.npy", np.array([{"a": 1}], object), allow_pickle=True)
     with pytest.raises(InvalidInput, match=r"not a readable \.npy array"):
-        import_layer(db, own_run, "detection", tmp_path, tiny_split, pack)
+        import_layer(db, own_run, "detection", tmp_path, tiny_split, packing(own_run))
 
 
 def test_names_must_match_the_masks(db, tiny_split, own_run, tmp_path):
@@ -82,15 +86,15 @@ def test_names_must_match_the_masks(db, tiny_split, own_run, tmp_path):
     np.save(tmp_path / "0000.npy", np.stack([labels == 1, labels == 7]))
     (tmp_path / "0000.json").write_text('[{"label": "pen"}]')
     with pytest.raises(InvalidInput, match="names 1 objects, but the masks hold 2"):
-        import_layer(db, own_run, "live-objects", tmp_path, tiny_split, pack)
+        import_layer(db, own_run, "live-objects", tmp_path, tiny_split, packing(own_run))
 
 
 def test_a_run_with_a_model_of_its_own_takes_no_layer(db, tiny_split, tmp_path):
     run = prepare_run(db, None, PipelineSettings())
     with pytest.raises(Conflict, match="is made by difference, not imported"):
-        import_layer(db, run, "detection", tmp_path, tiny_split, pack)
+        import_layer(db, run, "detection", tmp_path, tiny_split, packing(run))
 
 
 def test_a_folder_without_any_file_says_what_is_expected(db, tiny_split, own_run, tmp_path):
     with pytest.raises(NotFound, match=r"expected names such as .*cs1.0000\.png"):
-        import_layer(db, own_run, "detection", tmp_path / "maps", tiny_split, pack)
+        import_layer(db, own_run, "detection", tmp_path / "maps", tiny_split, packing(own_run))

@@ -10,8 +10,8 @@ from reviewer.editing.clicks import ClickRequest, crop_window, keep_best
 from reviewer.editing.pictures import live_point
 from reviewer.errors import NotFound
 from reviewer.models.interfaces import Candidate, Click, Prompt
-from reviewer.pipeline.stages import warped_reference
-from reviewer.store import runs
+from reviewer.pipeline.stored import warped_reference
+from reviewer.store.layers import load_alignment
 
 
 def ask(clicks, pair, run, picture="live", prompt=None, **more):
@@ -93,7 +93,7 @@ def test_the_best_so_far_stays_first_while_it_obeys_the_clicks():
 
 def test_a_point_of_the_reference_is_found_in_the_live_image(db, run, tiny_split):
     pair = tiny_split[0]
-    alignment = runs.load_alignment(db, run.id, pair.id)
+    alignment = load_alignment(db, run.id, pair.id)
     assert alignment is not None
     x, y = live_point(db, pair, run, 80.5, 60.5)
     assert abs(x - 80.5) < 3 and abs(y - 60.5) < 3

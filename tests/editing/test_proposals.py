@@ -4,7 +4,8 @@ import numpy as np
 
 from reviewer.editing.proposals import list_proposals, only_in
 from reviewer.masks import components, decode_rle, encode_rle
-from reviewer.store import runs
+from reviewer.store.layers import load_detection, load_objects
+from reviewer.store.regions import load_regions
 from reviewer.store.reviews import annotator_id
 from reviewer.store.revisions import add_revision, newest_revision
 
@@ -15,14 +16,14 @@ def test_every_source_proposes_its_masks(db, run, tiny_split):
         source: list_proposals(db, pair, run, [source])
         for source in ("region", "detector", "object_live", "object_reference", "prediction")
     }
-    regions = runs.load_regions(db, run.id, pair.id)
+    regions = load_regions(db, run.id, pair.id)
     assert [p.region_id for p in found["region"]] == [r.id for r in regions]
     assert [p.score for p in found["region"]] == [r.region.doi for r in regions]
-    change = decode_rle(runs.load_detection(db, run.id, pair.id).mask)
+    change = decode_rle(load_detection(db, run.id, pair.id).mask)
     assert sum(p.mask.area for p in found["detector"]) == sum(
         crop.area for crop in components(change)[1] if crop.area >= 4
     )
-    objects = runs.load_objects(db, run.id, pair.id)
+    objects = load_objects(db, run.id, pair.id)
     assert [p.mask for p in found["object_live"]] == [o.mask for o in objects if o.side == "live"]
     assert all(p.outcome is None for group in found.values() for p in group)
     keys = [p.key for group in found.values() for p in group]

@@ -17,8 +17,9 @@ from reviewer.metrics import Counts
 from reviewer.pipeline.runner import prepare_run
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.pairs import list_pairs
+from reviewer.store.regions import StoredIntegration
+from reviewer.store.results import StageResult, save_results
 from reviewer.store.reviews import annotator_id
-from reviewer.store.runs import save_integration
 from reviewer.store.scores import pair_counts, split_scores
 
 
@@ -40,7 +41,8 @@ def scored(db, tmp_path):
         list_pairs(db), (100, 0, 50), (50, 0, 100), (100, 10, 50), strict=True
     ):
         commit_mask(db, pair.id, ada, MaskEdit(rle(pair, truth), 1))
-        save_integration(db, run.id, pair.id, [], rle(pair, base), rle(pair, final))
+        made = StoredIntegration((), rle(pair, base), rle(pair, final))
+        save_results(db, run.id, pair.id, [StageResult("integrate", "made up", 0.0, made)])
     return run
 
 

@@ -1,22 +1,22 @@
 """The runner: results, resuming, failures, settings."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.masks import decode_rle, intersection_over_union
 from reviewer.models.interfaces import ModelFailed
-from reviewer.pipeline import runner, stages
+from reviewer.pipeline.members import build_members
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
+from reviewer.store.layers import load_detection
+from reviewer.store.pairs import pair_ids
+from reviewer.store.regions import load_prediction, load_regions
+from reviewer.store.results import finished_pairs
 from reviewer.store.revisions import newest_revision
-from reviewer.store.runs import (
-    finished_pairs,
-    load_detection,
-    load_prediction,
-    load_regions,
-    run_of_name,
-)
+from reviewer.store.runs import run_of_name
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def everything(db, run):
 
 
 def test_all_stages_find_the_new_object(db, tiny_split, run):
-    report = run_pipeline(db, run, tiny_split)
+    report = run_pipeline(db, run, pair_ids(db))
     assert (report.done, report.failures) == (3, [])
     truth = decode_rle(newest_revision(db, tiny_split[0].id).mask)
     final = decode_rle(load_prediction(db, run.id, tiny_split[0].id, "doi"))
@@ -46,19 +46,19 @@ def test_all_stages_find_the_new_object(db, tiny_split, run):
 
 
 def test_a_second_run_does_nothing_again(db, tiny_split, run):
-    run_pipeline(db, run, tiny_split)
+    run_pipeline(db, run, pair_ids(db))
     before = everything(db, run)
-    report = run_pipeline(db, run, tiny_split)
+    report = run_pipeline(db, run, pair_ids(db))
     assert (report.done, report.already_done) == (0, 3)
     assert everything(db, run) == before
 
 
 def test_a_run_in_steps_equals_a_run_at_once(db, tiny_split, run):
     other = prepare_run(db, "in steps", PipelineSettings())
-    run_pipeline(db, run, tiny_split)
+    run_pipeline(db, run, pair_ids(db))
     for stage in ("align", "detect", "search", "integrate"):
-        run_pipeline(db, other, tiny_split[:2], stages=[stage])
-        run_pipeline(db, other, tiny_split, stages=[stage], workers=2)
+        run_pipeline(db, other, pair_ids(db)[:2], stages=[stage])
+        run_pipeline(db, other, pair_ids(db), stages=[stage], workers=2)
     for method in ("base", "doi"):
         for pair in tiny_split:
             masks = [load_prediction(db, r.id, pair.id, method) for r in (run, other)]
@@ -66,12 +66,12 @@ def test_a_run_in_steps_equals_a_run_at_once(db, tiny_split, run):
 
 
 def test_a_stage_without_the_one_before_says_so(db, tiny_split, run):
-    report = run_pipeline(db, run, tiny_split[:1], stages=["detect"])
-    assert "not aligned in run" in report.failures[0]
+    report = run_pipeline(db, run, pair_ids(db)[:1], stages=["detect"])
+    assert "is not aligned; do the stage align first" in report.failures[0]
     assert finished_pairs(db, run.id, "detect") == set()
 
 
-def test_a_failing_pair_is_recorded_and_the_others_go_on(db, tiny_split, run, monkeypatch):
+def test_a_failing_pair_is_recorded_and_the_others_go_on(db, tiny_split, run):
     calls = []
 
     class Moody:
@@ -81,30 +81,29 @@ def test_a_failing_pair_is_recorded_and_the_others_go_on(db, tiny_split, run, mo
                 raise ModelFailed("aligner moody: not today")
             return real.align(reference, live)
 
-    members = stages.build_members(PipelineSettings())
+    members = build_members(PipelineSettings())
     real = members.aligner
-    moody = stages.Members(Moody(), members.detector, members.segmenter)
-    monkeypatch.setattr(runner, "build_members", lambda settings: moody)
-    report = run_pipeline(db, run, tiny_split)
+    moody = replace(members, aligner=Moody())
+    report = run_pipeline(db, run, pair_ids(db), members=moody)
     assert (report.done, len(calls)) == (2, 3)
     assert report.failures == ["pair cs1/0001, stage align: aligner moody: not today"]
     (row,) = db.read().execute("SELECT * FROM failures").fetchall()
     assert (row["stage"], row["message"]) == ("align", "aligner moody: not today")
-    assert run_pipeline(db, run, tiny_split).done == 1
+    assert run_pipeline(db, run, pair_ids(db)).done == 1
     assert db.read().execute("SELECT count(*) FROM failures").fetchone()[0] == 0
 
 
 def test_an_image_that_vanished_is_a_failure_of_its_pair(db, tiny_split, run):
     tiny_split[1].live.path.unlink()
-    report = run_pipeline(db, run, tiny_split)
+    report = run_pipeline(db, run, pair_ids(db))
     assert report.done == 2 and "0001.png" in report.failures[0]
 
 
 def test_runs_of_other_settings_live_side_by_side(db, tiny_split, run):
     image = prepare_run(db, None, PipelineSettings(scope="image"))
     assert image.id != run.id
-    run_pipeline(db, run, tiny_split)
-    run_pipeline(db, image, tiny_split)
+    run_pipeline(db, run, pair_ids(db))
+    run_pipeline(db, image, pair_ids(db))
     assert len(load_regions(db, image.id, tiny_split[0].id)) == 1
     assert run_of_name(db, image.name).settings["scope"] == "image"
 
@@ -140,7 +139,7 @@ def test_settings_of_a_newer_version_are_refused():
 
 def test_the_mask_is_the_probability_map_above_the_threshold(db, tiny_split):
     run = prepare_run(db, "strict", PipelineSettings(threshold=0.8))
-    run_pipeline(db, run, tiny_split[:1])
+    run_pipeline(db, run, pair_ids(db)[:1])
     detection = load_detection(db, run.id, tiny_split[0].id)
     from reviewer.pipeline.fields import load_probability
 
@@ -148,7 +147,7 @@ def test_the_mask_is_the_probability_map_above_the_threshold(db, tiny_split):
 
 
 def test_verdicts_change_the_final_mask(db, tiny_split, run):
-    run_pipeline(db, run, tiny_split)
+    run_pipeline(db, run, pair_ids(db))
     from reviewer.editing.verdicts import give_verdict
     from reviewer.store.reviews import annotator_id
 

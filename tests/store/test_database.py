@@ -4,10 +4,11 @@ import sqlite3
 import threading
 
 import pytest
+import sqlite_utils
 
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.shipped import shipped_folder
-from reviewer.store.database import Store
+from reviewer.store.database import Store, load_migrations
 from reviewer.store.describe import describe_schema
 
 
@@ -81,6 +82,56 @@ def test_a_database_of_a_newer_version_is_refused(tmp_path):
         )
     with pytest.raises(InvalidInput, match="m999_future"):
         Store(tmp_path / "x.db")
+
+
+def test_a_database_from_before_keys_keeps_what_its_runs_made(tmp_path):
+    migrations = load_migrations()
+    old = sqlite_utils.Database(tmp_path / "x.db")
+    for migration in migrations._migrations[:3]:
+        migration.fn(old)
+    zeros = ("0" * 64,) * 2
+    mask = (2, 2, "04", 0, 0, 0, 0, 0)
+    old.execute("INSERT INTO splits VALUES (1, 'cs1', 'cs', 1, 'sequence', NULL, 'now')")
+    for key, session in ((1, "reference"), (2, "live")):
+        old.execute(
+            "INSERT INTO images VALUES (?, 1, ?, 'a', 'a.png', ?, 2, 2, 0, 0, 0, 0)",
+            [key, session, zeros[0]],
+        )
+    old.execute("INSERT INTO pairs VALUES (1, 1, 'a', 1, 2, 0)")
+    old.execute(
+        "INSERT INTO runs VALUES (1, 'r', 'dis', 'difference', 'oversegment',"
+        """ '{"high": 0.9}', '{}', 'now')"""
+    )
+    old.execute("INSERT INTO alignments VALUES (1, 1, x'00', 4, '04', 0.5, 9.0, 3.0, 0.1)")
+    old.execute(
+        "INSERT INTO detections VALUES (1, 1, NULL, 0.5, ?, ?, ?, ?, ?, ?, ?, ?, 0.2)", mask
+    )
+    old.execute("INSERT INTO searches VALUES (1, 1, 0.3)")
+    old.execute("INSERT INTO failures VALUES (1, 1, 'search', 'what went wrong', 'now')")
+    old.conn.commit()
+    for migration in migrations._migrations[3:]:
+        migration.fn(old)
+    old.conn.commit()
+    rows = old.query("SELECT stage, seconds, key FROM results ORDER BY seconds")
+    assert [(row["stage"], row["seconds"]) for row in rows if row["key"].startswith("given:")] == [
+        ("label", 0.0),
+        ("align", 0.1),
+        ("detect", 0.2),
+        ("search", 0.3),
+    ]
+    (alignment,) = old.query("SELECT * FROM alignments")
+    assert (alignment["residual_after"], alignment["backward_px"], alignment["doubt"]) == (
+        3.0,
+        None,
+        "",
+    )
+    (run,) = old.query("SELECT json_extract(settings, '$.labeller') AS labeller FROM runs")
+    assert run["labeller"] == "none"
+    assert [row["message"] for row in old.query("SELECT message FROM failures")] == [
+        "what went wrong"
+    ]
+    assert [row["threshold"] for row in old.query("SELECT * FROM detections")] == [0.5]
+    old.conn.close()
 
 
 def test_every_table_is_strict(db):

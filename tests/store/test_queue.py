@@ -7,10 +7,12 @@ from reviewer.errors import InvalidInput
 from reviewer.masks import empty_rle
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
+from reviewer.store.pairs import pair_ids
 from reviewer.store.queue import list_doubtful, list_progress, list_queue
+from reviewer.store.regions import StoredIntegration, load_regions
+from reviewer.store.results import StageResult, save_results
 from reviewer.store.reviews import add_audit, annotator_id, set_review_state
 from reviewer.store.revisions import add_revision
-from reviewer.store.runs import load_regions, save_integration
 
 
 def names(entries):
@@ -34,7 +36,7 @@ def test_a_state_filters_by_the_persons_own_state(db, tiny_split):
 
 def test_doi_and_change_size_come_from_the_run(db, tiny_split):
     run = prepare_run(db, None, PipelineSettings(aligner="dis"))
-    run_pipeline(db, run, tiny_split)
+    run_pipeline(db, run, pair_ids(db))
     entries, _ = list_queue(db, annotator_id(db, "Ada"), run_id=run.id, order="size")
     sizes = [entry.change_px for entry in entries]
     assert sizes == sorted(sizes, reverse=True)
@@ -56,7 +58,7 @@ def test_progress_counts_what_a_person_finished(db, tiny_split):
 
 def test_doubt_is_nearness_to_the_threshold_and_seen_regions_come_last(db, tiny_split):
     run = prepare_run(db, None, PipelineSettings())
-    run_pipeline(db, run, tiny_split)
+    run_pipeline(db, run, pair_ids(db))
     pair = tiny_split[0]
     shape = (120, 160)
     # (f_b, shared pixels, DoI): what the order is made of.
@@ -66,7 +68,8 @@ def test_doubt_is_nearness_to_the_threshold_and_seen_regions_come_last(db, tiny_
         for f_b, shared, doi in made
     ]
     mask = empty_rle(*shape)
-    save_integration(db, run.id, pair.id, regions, mask, mask)
+    made = StoredIntegration(tuple(regions), mask, mask)
+    save_results(db, run.id, pair.id, [StageResult("integrate", "made up", 0.0, made)])
     stored = {region.id: region.number for region in load_regions(db, run.id, pair.id)}
     order = [stored[r.id] for r in list_doubtful(db, run.id, 0.9, 10) if r.id in stored]
     assert order[:2] in ([2, 4], [4, 2]) and order[2:] == [0, 3, 1]

@@ -1,0 +1,86 @@
+"""What the app and the audit make of a run's stored layers: warped reference, verdicts, regions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import numpy.typing as npt
+
+from reviewer.dataset.files import read_rgb
+from reviewer.doi import Choice, Region, compose
+from reviewer.errors import Conflict, NotFound
+from reviewer.masks import Mask, decode_rle, union
+from reviewer.models.interfaces import Image
+from reviewer.models.warping import warp_image
+from reviewer.pipeline.fields import load_flow
+from reviewer.records import Pair, Run, Verdict
+from reviewer.store.database import Store
+from reviewer.store.layers import load_alignment, load_detection, load_objects
+from reviewer.store.regions import load_regions
+
+
+def compose_audited(store: Store, run_id: int, pair_id: int, verdicts: dict[int, Verdict]) -> Mask:
+    """Compose the final mask from people's verdicts in place of decisions.
+
+    Args:
+        verdicts: verdicts to take into account beside the stored ones, by region id.
+
+    Raises:
+        NotFound: when the run has no detection for the pair.
+        Conflict: when "adopt" is said of a region that has no object.
+    """
+    detection = load_detection(store, run_id, pair_id)
+    if detection is None:
+        raise NotFound(f"pair {pair_id}: run {run_id} has no detection for it")
+    regions = [
+        replace(region, verdict=verdicts.get(region.id, region.verdict))
+        for region in load_regions(store, run_id, pair_id)
+    ]
+    for region in regions:
+        if region.outcome == "adopt" and not region.region.object_indices:
+            raise Conflict(f"region {region.id}: has no object that could be adopted")
+    outcomes: dict[int, Choice] = {k: region.outcome for k, region in enumerate(regions)}
+    return compose(
+        decode_rle(detection.mask),
+        list(live_masks(store, run_id, pair_id).values()),
+        [region.region for region in regions],
+        outcomes,
+    )
+
+
+def region_pixels(
+    region: Region, objects: Mapping[int, Mask], labels: npt.NDArray[np.int32]
+) -> tuple[Mask | None, Mask]:
+    """Return a region's live objects together (None without any), and its components.
+
+    Args:
+        objects: masks of the live objects by number.
+        labels: components of M_o as `masks.components` numbers them.
+    """
+    parts: Mask = np.isin(labels, [n + 1 for n in region.component_indices])
+    found = [objects[number] for number in region.object_indices]
+    return (union(found, *parts.shape) if found else None), parts
+
+
+def live_masks(store: Store, run_id: int, pair_id: int) -> dict[int, Mask]:
+    """Return the masks of a pair's live objects by number."""
+    return {
+        thing.number: decode_rle(thing.mask)
+        for thing in load_objects(store, run_id, pair_id)
+        if thing.side == "live"
+    }
+
+
+def warped_reference(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask]:
+    """Return the warped reference and the valid mask of a pair.
+
+    Raises:
+        NotFound: when the pair was not aligned in this run.
+    """
+    alignment = load_alignment(store, run.id, pair.id)
+    if alignment is None:
+        raise NotFound(f"pair {pair.title}: not aligned in run {run.name}; run stage align first")
+    warped = warp_image(read_rgb(pair.reference.path), load_flow(alignment))
+    return warped, decode_rle(alignment.valid)

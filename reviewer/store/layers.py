@@ -1,0 +1,189 @@
+"""What the stages of a run leave of a pair: alignment, change mask M_o, labels, objects.
+
+`load_*` read one pair; `put_*` write inside a transaction of the writer, in place of what was
+there. Who writes is `store.results`, which keeps beside it out of what it was made.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from reviewer.masks import Rle
+from reviewer.records import ObjectInstance
+from reviewer.store.database import Store, mask_columns
+from reviewer.store.revisions import rle_of_row
+
+
+@dataclass(frozen=True, slots=True)
+class StoredAlignment:
+    """An alignment as stored; `pipeline.fields` turns flow bytes back into arrays.
+
+    Attributes:
+        residual_before, residual_after: mean absolute grey difference, 0..255.
+        backward_px: median forward-backward error, pixels; None where there is no way back.
+        doubt: why it looks badly aligned, "" = it does not.
+    """
+
+    flow: bytes
+    flow_stride: int
+    valid: Rle
+    residual_before: float
+    residual_after: float
+    backward_px: float | None = None
+    doubt: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredDetection:
+    """M_o, and the probability map as a grey PNG where there is one."""
+
+    probability_png: bytes | None
+    threshold: float
+    mask: Rle
+
+
+@dataclass(frozen=True, slots=True)
+class StoredLabel:
+    """What was said of a component of M_o (None: of the whole mask), and what is searched for.
+
+    Attributes:
+        raw: the labeller's words.
+        label: the object's name, "" = nothing to search.
+        note: why the label is empty.
+        edited_by: the annotator who wrote `label`, None = nobody.
+    """
+
+    component: int | None
+    raw: str
+    label: str
+    note: str = ""
+    edited_by: str | None = None
+
+
+def put_alignment(
+    db: sqlite3.Connection, run_id: int, pair_id: int, alignment: StoredAlignment
+) -> None:
+    """Write an alignment."""
+    valid = alignment.valid
+    values = [
+        run_id,
+        pair_id,
+        alignment.flow,
+        alignment.flow_stride,
+        valid.counts,
+        valid.area / (valid.height * valid.width),
+        alignment.residual_before,
+        alignment.residual_after,
+        alignment.backward_px,
+        alignment.doubt,
+    ]
+    db.execute(f"INSERT OR REPLACE INTO alignments VALUES ({_marks(values)})", values)
+
+
+def load_alignment(store: Store, run_id: int, pair_id: int) -> StoredAlignment | None:
+    """Return the alignment of a pair, None where the stage has not run."""
+    row = (
+        store.read()
+        .execute(
+            "SELECT a.*, i.height, i.width FROM alignments a JOIN pairs p ON p.id = a.pair_id"
+            " JOIN images i ON i.id = p.live_id WHERE a.run_id = ? AND a.pair_id = ?",
+            [run_id, pair_id],
+        )
+        .fetchone()
+    )
+    if row is None:
+        return None
+    area = round(row["valid_fraction"] * row["height"] * row["width"])
+    valid = Rle(row["height"], row["width"], row["valid_rle"], area, (0, 0, 0, 0))
+    return StoredAlignment(
+        row["flow"],
+        row["flow_stride"],
+        valid,
+        row["residual_before"],
+        row["residual_after"],
+        row["backward_px"],
+        row["doubt"],
+    )
+
+
+def put_detection(
+    db: sqlite3.Connection, run_id: int, pair_id: int, detection: StoredDetection
+) -> None:
+    """Write M_o."""
+    mask = mask_columns(detection.mask)
+    values = [run_id, pair_id, detection.probability_png, detection.threshold, *mask]
+    db.execute(f"INSERT OR REPLACE INTO detections VALUES ({_marks(values)})", values)
+
+
+def load_detection(store: Store, run_id: int, pair_id: int) -> StoredDetection | None:
+    """Return M_o of a pair, None where the stage has not run."""
+    row = (
+        store.read()
+        .execute("SELECT * FROM detections WHERE run_id = ? AND pair_id = ?", [run_id, pair_id])
+        .fetchone()
+    )
+    if row is None:
+        return None
+    return StoredDetection(row["probability"], row["threshold"], rle_of_row(row))
+
+
+def put_labels(
+    db: sqlite3.Connection, run_id: int, pair_id: int, labels: Sequence[StoredLabel]
+) -> None:
+    """Write what a labeller said."""
+    db.execute("DELETE FROM labels WHERE run_id = ? AND pair_id = ?", [run_id, pair_id])
+    db.executemany(
+        "INSERT INTO labels (run_id, pair_id, number, component, raw, label, note)"
+        " VALUES (?, ?, ?, ?, ?, ?, ?)",
+        [
+            [run_id, pair_id, number, label.component, label.raw, label.label, label.note]
+            for number, label in enumerate(labels)
+        ],
+    )
+
+
+def load_labels(store: Store, run_id: int, pair_id: int) -> list[StoredLabel]:
+    """Return the labels of a pair by number."""
+    rows = store.read().execute(
+        "SELECT l.*, n.name FROM labels l LEFT JOIN annotators n ON n.id = l.annotator_id"
+        " WHERE l.run_id = ? AND l.pair_id = ? ORDER BY l.number",
+        [run_id, pair_id],
+    )
+    return [
+        StoredLabel(row["component"], row["raw"], row["label"], row["note"], row["name"])
+        for row in rows
+    ]
+
+
+def put_objects(
+    db: sqlite3.Connection, run_id: int, pair_id: int, objects: Sequence[ObjectInstance]
+) -> None:
+    """Write all instances of a pair, both sides."""
+    db.execute("DELETE FROM objects WHERE run_id = ? AND pair_id = ?", [run_id, pair_id])
+    db.executemany(
+        "INSERT INTO objects (run_id, pair_id, side, number, label, score, height, width, rle,"
+        " area, box_x, box_y, box_width, box_height)"
+        " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        [
+            [run_id, pair_id, o.side, o.number, o.label, o.score, *mask_columns(o.mask)]
+            for o in objects
+        ],
+    )
+
+
+def load_objects(store: Store, run_id: int, pair_id: int) -> list[ObjectInstance]:
+    """Return the instances of a pair: live ones first, each side by number."""
+    rows = store.read().execute(
+        "SELECT * FROM objects WHERE run_id = ? AND pair_id = ? ORDER BY side, number",
+        [run_id, pair_id],
+    )
+    return [
+        ObjectInstance(row["side"], row["number"], row["label"], row["score"], rle_of_row(row))
+        for row in rows
+    ]
+
+
+def _marks(values: Sequence[object]) -> str:
+    return ", ".join("?" * len(values))

@@ -1,0 +1,167 @@
+"""Regions under DoI and the final masks of a run."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from reviewer.doi import Region
+from reviewer.errors import Conflict
+from reviewer.masks import Rle
+from reviewer.records import Method, StoredRegion
+from reviewer.store.database import Store, mask_columns, require
+from reviewer.store.revisions import rle_of_row
+
+REGIONS = """
+SELECT g.*, d.verdict, d.annotator, d.labels FROM regions g
+JOIN doi_decisions d ON d.region_id = g.id WHERE g.run_id = ? AND g.pair_id = ?"""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredIntegration:
+    """The regions of a pair, and its final masks: M_o as it was, and with DoI."""
+
+    regions: tuple[Region, ...]
+    base: Rle
+    final: Rle
+
+
+def put_integration(
+    db: sqlite3.Connection, run_id: int, pair_id: int, integration: StoredIntegration
+) -> None:
+    """Write regions and both predictions, in place of earlier ones.
+
+    Raises:
+        Conflict: when people gave verdicts on regions that would be others now.
+    """
+    known = [
+        _region(row).region
+        for row in db.execute(f"{REGIONS} ORDER BY g.number", [run_id, pair_id]).fetchall()
+    ]
+    if known != list(integration.regions):
+        _refuse_if_judged(db, run_id, pair_id)
+        db.execute("DELETE FROM regions WHERE run_id = ? AND pair_id = ?", [run_id, pair_id])
+        db.execute(
+            "DELETE FROM predictions WHERE run_id = ? AND pair_id = ? AND method = 'audited'",
+            [run_id, pair_id],
+        )
+        _insert_regions(db, run_id, pair_id, integration.regions)
+    for method, rle in (("base", integration.base), ("doi", integration.final)):
+        put_prediction(db, run_id, pair_id, method, rle)
+
+
+def _refuse_if_judged(db: sqlite3.Connection, run_id: int, pair_id: int) -> None:
+    row = db.execute(
+        "SELECT count(*) AS verdicts, min(r.name) AS run FROM audits a"
+        " JOIN regions g ON g.id = a.region_id JOIN runs r ON r.id = g.run_id"
+        " WHERE g.run_id = ? AND g.pair_id = ?",
+        [run_id, pair_id],
+    ).fetchone()
+    if row["verdicts"]:
+        raise Conflict(
+            f"pair {pair_id}: people gave {row['verdicts']} verdicts on its regions in run"
+            f" {row['run']}, and these would be others now; give the new settings a run of"
+            " their own with --name"
+        )
+
+
+def _insert_regions(
+    db: sqlite3.Connection, run_id: int, pair_id: int, regions: Sequence[Region]
+) -> None:
+    for number, region in enumerate(regions):
+        x0, y0, x1, y1 = region.box_xyxy or (0, 0, 0, 0)
+        db.execute(
+            "INSERT INTO regions (run_id, pair_id, number, objects, components, overlap_px,"
+            " f_b, iou, doi, choice, inspect, reason, box_x, box_y, box_width, box_height)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+            [
+                run_id,
+                pair_id,
+                number,
+                json.dumps(region.object_indices),
+                json.dumps(region.component_indices),
+                region.overlap_px,
+                region.f_b,
+                region.iou,
+                region.doi,
+                region.choice,
+                int(region.inspect),
+                region.reason,
+                x0,
+                y0,
+                x1 - x0,
+                y1 - y0,
+            ],
+        )
+
+
+def load_regions(store: Store, run_id: int, pair_id: int) -> list[StoredRegion]:
+    """Return the regions of a pair by number, each with its newest verdict."""
+    rows = store.read().execute(f"{REGIONS} ORDER BY g.number", [run_id, pair_id])
+    return [_region(row) for row in rows]
+
+
+def region_of_id(store: Store, region_id: int) -> tuple[int, int]:
+    """Return (run id, pair id) of a region.
+
+    Raises:
+        NotFound: when the region does not exist.
+    """
+    row = require(
+        store.read()
+        .execute("SELECT run_id, pair_id FROM regions WHERE id = ?", [region_id])
+        .fetchone(),
+        f"region {region_id}: does not exist",
+    )
+    return row["run_id"], row["pair_id"]
+
+
+def load_prediction(store: Store, run_id: int, pair_id: int, method: Method) -> Rle | None:
+    """Return a final mask of a run, None where there is none."""
+    row = (
+        store.read()
+        .execute(
+            "SELECT * FROM predictions WHERE run_id = ? AND pair_id = ? AND method = ?",
+            [run_id, pair_id, method],
+        )
+        .fetchone()
+    )
+    return rle_of_row(row) if row else None
+
+
+def load_final_mask(store: Store, run_id: int, pair_id: int) -> Rle | None:
+    """Return what a run says in the end: the audited mask where people gave verdicts, else the one
+    with DoI; None before either."""
+    audited = load_prediction(store, run_id, pair_id, "audited")
+    return audited or load_prediction(store, run_id, pair_id, "doi")
+
+
+def put_prediction(
+    db: sqlite3.Connection, run_id: int, pair_id: int, method: str, rle: Rle
+) -> None:
+    """Write a final mask inside a transaction of the writer."""
+    values = [run_id, pair_id, method, *mask_columns(rle)]
+    db.execute(
+        f"INSERT OR REPLACE INTO predictions VALUES ({', '.join('?' * len(values))})", values
+    )
+
+
+def _region(row: sqlite3.Row) -> StoredRegion:
+    x, y, width, height = row["box_x"], row["box_y"], row["box_width"], row["box_height"]
+    region = Region(
+        tuple(json.loads(row["objects"])),
+        tuple(json.loads(row["components"])),
+        row["overlap_px"],
+        row["f_b"],
+        row["iou"],
+        row["doi"],
+        row["choice"],
+        bool(row["inspect"]),
+        row["reason"],
+        (x, y, x + width, y + height) if width else None,
+    )
+    return StoredRegion(
+        row["id"], row["number"], region, row["labels"] or "", row["verdict"], row["annotator"]
+    )

@@ -1,0 +1,166 @@
+"""Engines do the same work: in a process, in several, on Ray; and what they do when one dies."""
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+
+from reviewer.errors import InvalidInput
+from reviewer.pipeline.engines.cluster import RayEngine
+from reviewer.pipeline.engines.local import InProcess, Processes
+from reviewer.pipeline.members import build_members
+from reviewer.pipeline.runner import prepare_run, run_pipeline
+from reviewer.pipeline.settings import PipelineSettings
+from reviewer.pipeline.work import Known, PairTask
+from reviewer.store.pairs import pair_ids
+from reviewer.store.results import STAGES
+
+TABLES = ("alignments", "detections", "labels", "objects", "regions", "predictions", "results")
+
+
+def everything(db, run):
+    """All that a run left in the store, without times and the keys of rows."""
+    skipped = ("run_id", "seconds", "id")
+    return {
+        table: sorted(
+            tuple(row[k] for k in row.keys() if k not in skipped)
+            for row in db.read().execute(f"SELECT * FROM {table} WHERE run_id = ?", [run.id])
+        )
+        for table in TABLES
+    }
+
+
+def tasks(pairs):
+    return [PairTask(pair, tuple((stage, "key") for stage in STAGES), Known()) for pair in pairs]
+
+
+def prepared(settings=None):
+    settings = settings or PipelineSettings(threshold=0.5)
+    return settings, build_members(settings)
+
+
+def contents(outcomes):
+    return {o.pair.name: [(r.stage, r.content) for r in o.results] for o in outcomes}
+
+
+@pytest.fixture
+def expected(tiny_split):
+    return contents(InProcess(*prepared()).outcomes(tasks(tiny_split)))
+
+
+def test_threads_make_what_one_makes(tiny_split, expected):
+    found = InProcess(*prepared(), threads=3).outcomes(tasks(tiny_split))
+    assert contents(found) == expected
+
+
+def test_tasks_are_taken_as_there_is_room(tiny_split):
+    taken = []
+
+    def source():
+        for k in range(40):
+            taken.append(k)
+            yield tasks(tiny_split[:1])[0]
+
+    outcomes = InProcess(*prepared(), threads=2).outcomes(source())
+    next(outcomes)
+    assert len(taken) <= 4
+    outcomes.close()
+
+
+def test_processes_make_what_one_makes_and_survive_a_pair_that_kills(
+    tiny_split, expected, tmp_path
+):
+    # A named pipe nobody writes to: a worker that opens it waits, and can be killed at that pair.
+    victim = tiny_split[1]
+    victim.live.path.unlink()
+    os.mkfifo(victim.live.path)
+    engine = Processes(prepared()[0], 2)
+    killer = Killer(victim.live.path)
+    killer.start()
+    outcomes = list(engine.outcomes(tasks([tiny_split[1], tiny_split[0], tiny_split[2]])))
+    killer.stop()
+    assert len(outcomes) == 3 and killer.killed == 2
+    (lost,) = (o for o in outcomes if o.failure)
+    assert lost.pair.name == victim.name
+    assert "the worker process died over this pair, twice" in lost.failure[1]
+    whole = contents(o for o in outcomes if not o.failure)
+    assert whole == {name: content for name, content in expected.items() if name != victim.name}
+
+
+def test_ray_makes_what_local_makes_byte_for_byte(db, tiny_split):
+    local = prepare_run(db, "local", PipelineSettings())
+    # Another setting that changes nothing here keeps the second run from taking over the first.
+    ray_settings = PipelineSettings(model_settings={"align": {"disagreement_px": 1.5000001}})
+    ray_run = prepare_run(db, "ray", ray_settings)
+    first = run_pipeline(db, local, pair_ids(db))
+    import ray
+
+    try:
+        second = run_pipeline(db, ray_run, pair_ids(db), engine="ray", workers=2)
+        assert (first.done, second.done, second.failures) == (3, 3, [])
+        ours, theirs = everything(db, local), everything(db, ray_run)
+        ours.pop("results"), theirs.pop("results")
+        assert ours == theirs
+        lost_worker(db, tiny_split)
+    finally:
+        ray.shutdown()
+
+
+def lost_worker(db, tiny_split):
+    """A Ray worker that is killed twice over one pair: the pair is recorded, the others done."""
+    victim = tiny_split[0]
+    victim.live.path.unlink()
+    os.mkfifo(victim.live.path)
+    killer = Killer(victim.live.path)
+    killer.start()
+    outcomes = list(RayEngine(prepared()[0], 2, None).outcomes(tasks(tiny_split)))
+    killer.stop()
+    (lost,) = (o for o in outcomes if o.failure)
+    assert (len(outcomes), lost.pair.name, killer.killed) == (3, victim.name, 2)
+    assert "the Ray worker died over this pair, twice" in lost.failure[1]
+
+
+def test_an_address_without_a_cluster_is_refused(db, tiny_split):
+    with pytest.raises(InvalidInput, match="no Ray cluster answers"):
+        RayEngine(PipelineSettings(threshold=0.5), 1, "127.0.0.1:1")
+
+
+class Killer:
+    """Kills whichever process waits at a named pipe, as the kernel does when memory is short."""
+
+    def __init__(self, path: Path):
+        import threading
+
+        self.path, self.killed = path, 0
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+
+    def start(self):
+        self._thread.start()
+
+    def stop(self):
+        self._stop.set()
+        self._thread.join()
+
+    def _watch(self):
+        while not self._stop.wait(0.05):
+            for process in self._waiting():
+                os.kill(process, signal.SIGKILL)
+                self.killed += 1
+
+    def _waiting(self):
+        """Processes that are inside open() of the pipe: the one call that blocks on it."""
+        found = []
+        for entry in Path("/proc").iterdir():
+            if not entry.name.isdigit() or int(entry.name) == os.getpid():
+                continue
+            try:
+                if "wait_for_partner" in (entry / "wchan").read_text() or any(
+                    "wait_for_partner" in (task / "wchan").read_text()
+                    for task in (entry / "task").iterdir()
+                ):
+                    found.append(int(entry.name))
+            except OSError:
+                continue
+        return found
