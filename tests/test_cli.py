@@ -203,3 +203,39 @@ def test_the_pages_made_from_the_code_are_up_to_date():
         [sys.executable, "docs/generate.py", "--check"], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_runs_are_listed_shown_compared_and_deleted(folder):
+    call("import", "data")
+    call("run", "--name", "a", "--workers", "1")
+    call("run", "--name", "b", "--workers", "1", "--high", "0.5", "--set", "detect.middle=6")
+    call("evaluate")
+    listed = {row["run"]: row for row in json.loads(call("runs", "list", "--json").output)}
+    assert [listed["a"][key] for key in ("done", "failed")] == [3, 0]
+    assert 0 <= listed["a"]["F with DoI"] <= 1
+    shown = json.loads(call("runs", "show", "b", "--json").output)
+    assert shown["settings"]["model_settings"]["detect"]["middle"] == 6
+    assert [stage["done"] for stage in shown["stages"]] == [3] * 5
+    compared = json.loads(call("runs", "compare", "a", "b", "--json").output)
+    assert {row["setting"] for row in compared["settings"]} == {
+        "high",
+        "model_settings.detect.middle",
+    }
+    assert {row["split"] for row in compared["splits"]} == {"cs1", "mean"}
+    assert "run a: deleted" in call("runs", "delete", "a", "--yes").output
+    assert [row["run"] for row in json.loads(call("runs", "list", "--json").output)] == ["b"]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [(["--set", "box_threshold=3"], "write STAGE.SETTING=VALUE"),
+     (["--set", "search.nothing=3"], "nothing"),
+     (["--segmenter", "oversegment:here"], "it takes no path"),
+     (["--labeller", "vocabulary"], "needs words"),
+     (["--labeller", "vocabulary:none.json"], "cannot be read"),
+     (["--address", "auto"], "is for --engine ray")],
+)  # fmt: skip
+def test_what_a_run_cannot_do_is_said_at_once(folder, given, message):
+    call("import", "data")
+    result = call("run", *given)
+    assert isinstance(result.exception, ReviewerError) and message in str(result.exception)

@@ -10,7 +10,7 @@ import sys
 
 import typer
 
-from reviewer.cli import checkpoints, data, pipeline, serving, training  # noqa: F401
+from reviewer.cli import checkpoints, data, pipeline, runs, serving, training  # noqa: F401
 from reviewer.cli.options import app
 from reviewer.errors import ReviewerError
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -61,3 +61,28 @@ def progress_bar(title: str) -> Iterator[Any]:
             progress.update(task, completed=done, total=total, description=what)
 
         yield advance
+
+
+def print_table(rows: Sequence[Mapping[str, Any]], title: str = "") -> None:
+    """Print rows of the same columns; numbers to the right, scores with four digits."""
+    from rich.console import Console
+    from rich.table import Table
+
+    if not rows:
+        typer.echo(f"{title}: none" if title else "none")
+        return
+    table = Table(title=title or None, title_justify="left")
+    for column in rows[0]:
+        numbers = all(isinstance(row[column], int | float | None) for row in rows)
+        table.add_column(column, justify="right" if numbers else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*(_cell(value) for value in row.values()))
+    console = Console()
+    # A pipe has no width of its own: nothing is cut or broken there.
+    Console(width=console.width if console.is_terminal else 200).print(table)
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return "-"
+    return f"{value:.4f}" if isinstance(value, float) else str(value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from pathlib import Path
 from typing import Literal
 
 import torch
@@ -45,16 +46,50 @@ def fingerprint(module: nn.Module) -> str:
     return digest.hexdigest()
 
 
+def sampled_fingerprint(module: nn.Module) -> str:
+    """Return 12 hexadecimal digits from up to 4096 values of every weight: for billions of them.
+
+    Any training moves every tensor it trains, so two checkpoints that differ differ here too.
+    """
+    digest = hashlib.blake2b(digest_size=6)
+    for name, tensor in sorted(module.state_dict().items()):
+        flat = tensor.detach().reshape(-1)
+        sample = flat[:: max(1, flat.numel() // 4096)].contiguous()
+        digest.update(f"{name}{tuple(tensor.shape)}".encode())
+        digest.update(sample.view(torch.uint8).cpu().numpy())
+    return digest.hexdigest()
+
+
+def free_memory() -> int | None:
+    """Return the bytes that weights could take on the device; None where that is not told."""
+    if best_device() == "cuda":
+        return int(torch.cuda.mem_get_info()[0])
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+    except OSError:
+        return None
+    found = next((line for line in lines if line.startswith("MemAvailable:")), None)
+    return int(found.split()[1]) * 1024 if found else None
+
+
 def check_weights(checkpoint: str, module: nn.Module, recorded: str) -> str:
     """Return the fingerprint of a module that was loaded from `checkpoint`.
 
     Raises:
         InvalidInput: when a run began with others; `recorded` is their fingerprint, or "".
     """
-    found = fingerprint(module)
+    return check_recorded(checkpoint, fingerprint(module), recorded)
+
+
+def check_recorded(what: str, found: str, recorded: str) -> str:
+    """Return the fingerprints found.
+
+    Raises:
+        InvalidInput: when a run began with others; `recorded` is theirs, or "".
+    """
     if recorded not in ("", found):
         raise InvalidInput(
-            f"{checkpoint}: holds other weights ({found}) than this run began with ({recorded});"
+            f"{what}: holds other weights ({found}) than this run began with ({recorded});"
             " give the new ones a run of their own with --name"
         )
     return found

@@ -68,6 +68,10 @@ class EmbeddingCache:
                 held -= _size(dropped)
         return embedding
 
+    def embed(self, image: Image) -> Embedding:
+        """Return the embedding of an image, kept on disk only: for one look at many images."""
+        return self._read_or_make(image, None)
+
     def _read_or_make(self, image: Image, other: Image | None) -> Embedding:
         if self._folder is None:
             return self.segmenter.embed(image, other)

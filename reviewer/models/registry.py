@@ -71,9 +71,39 @@ def _net(name: str) -> Callable[..., Detector]:
 
 
 def _oversegment(**settings: Any) -> Segmenter:
-    from reviewer.models.segmenters import OversegmentSegmenter
+    from reviewer.models.segmenters.oversegment import OversegmentSegmenter
 
     return OversegmentSegmenter(**settings)
+
+
+def _grounded_sam(**settings: Any) -> Segmenter:
+    from reviewer.models.segmenters.grounded import GroundedSamSegmenter
+
+    return GroundedSamSegmenter(**settings)
+
+
+def _sam_everything(**settings: Any) -> Segmenter:
+    from reviewer.models.segmenters.everything import SamEverythingSegmenter
+
+    return SamEverythingSegmenter(**settings)
+
+
+def _sam3(**settings: Any) -> Segmenter:
+    from reviewer.models.segmenters.sam3 import Sam3Segmenter
+
+    return Sam3Segmenter(**settings)
+
+
+def _llava(**settings: Any) -> Labeller:
+    from reviewer.models.labellers.llava import LlavaLabeller
+
+    return LlavaLabeller(**settings)
+
+
+def _llava_alpha(**settings: Any) -> Labeller:
+    from reviewer.models.labellers.llava import LlavaAlphaLabeller
+
+    return LlavaAlphaLabeller(**settings)
 
 
 def _none(**settings: Any) -> Labeller:
@@ -103,12 +133,11 @@ def _sam(path: str) -> ClickSegmenter:
 
 
 def _sam2(path: str) -> ClickSegmenter:
-    from reviewer.models.click_sam import SamClicks
+    from reviewer.models.click_sam import DEFAULT_SAM, SamClicks
 
-    return SamClicks.load("sam2", path or DEFAULT_SAM2)
+    return SamClicks.load("sam2", path or DEFAULT_SAM.partition(":")[2])
 
 
-DEFAULT_SAM2 = "facebook/sam2.1-hiera-tiny"
 ALIGNERS: dict[str, Callable[..., Aligner]] = {
     "dis": _dis,
     "ecc": _ecc,
@@ -120,16 +149,39 @@ DETECTORS: dict[str, Callable[..., Detector]] = {
     "difference": _difference,
     **{name: _net(name) for name in NET_NAMES},
 }
-SEGMENTERS: dict[str, Callable[..., Segmenter]] = {"oversegment": _oversegment}
+SEGMENTERS: dict[str, Callable[..., Segmenter]] = {
+    "grounded-sam": _grounded_sam,
+    "oversegment": _oversegment,
+    "sam-everything": _sam_everything,
+    "sam3": _sam3,
+}
 # What a segmenter looks at beside the images: the rest may change without a new search.
-SEGMENTER_READS: dict[str, frozenset[Reads]] = {"oversegment": frozenset({"change"})}
-LABELLERS: dict[str, Callable[..., Labeller]] = {"none": _none, "vocabulary": _vocabulary}
+SEGMENTER_READS: dict[str, frozenset[Reads]] = {
+    "grounded-sam": frozenset({"labels"}),
+    "oversegment": frozenset({"change"}),
+    "sam-everything": frozenset(),
+    "sam3": frozenset({"labels"}),
+}
+LABELLERS: dict[str, Callable[..., Labeller]] = {
+    "llava": _llava,
+    "llava-alpha": _llava_alpha,
+    "none": _none,
+    "vocabulary": _vocabulary,
+}
 # Which setting the PATH of NAME:PATH is.
 PATH_SETTING = {
     "loftr": "checkpoint",
+    "pdcnet": "checkpoint",
     "vocabulary": "words",
+    "llava": "checkpoint",
+    "llava-alpha": "alpha",
+    "grounded-sam": "sam",
+    "sam-everything": "sam",
+    "sam3": "checkpoint",
     **{name: "checkpoint" for name in NET_NAMES},
 }
+PATHS = frozenset({"alpha", "checkpoint", "grounding", "sam"})
+"""Settings that say where weights lie; `weights` says which they are."""
 CLICK_SEGMENTERS: dict[str, Callable[[str], ClickSegmenter]] = {
     "grabcut": _grabcut,
     "sam": _sam,

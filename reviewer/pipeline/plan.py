@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from reviewer.models.interfaces import Reads
+from reviewer.models.registry import PATHS
 from reviewer.pipeline.settings import IMPORTED, PipelineSettings
 from reviewer.records import Pair
 from reviewer.store.results import GIVEN, STAGES, Stage
@@ -92,7 +93,8 @@ def _own_settings(settings: PipelineSettings, stage: Stage) -> dict[str, Any]:
         return {name: getattr(settings, name) for name in DOI_SETTINGS}
     own = {"member": members[stage], **settings.model_settings.get(stage, {})}
     if own.get("weights"):
-        own.pop("checkpoint", None)  # what counts is what is in the file, not where it lies
+        # What counts is what is in the files, not where they lie.
+        own = {name: value for name, value in own.items() if name not in PATHS}
     if stage == "detect" and settings.detector != IMPORTED:
         own["threshold"] = settings.threshold
     return own

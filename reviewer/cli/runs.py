@@ -1,0 +1,131 @@
+"""`runs list | show | compare | delete`: what runs there are, what they did, how they differ."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any
+
+import typer
+
+from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table
+
+runs_app = typer.Typer(
+    help="List, show, compare and delete runs.", no_args_is_help=True, rich_markup_mode=None
+)
+app.add_typer(runs_app, name="runs")
+
+Name = Annotated[str, typer.Argument(help="Name of the run.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
+
+
+@runs_app.command("list")
+def list_(as_json: AsJson = False, db: Database = DEFAULT_DB) -> None:
+    """List runs: members, pairs done and failed, mean F without and with DoI."""
+    from reviewer.evaluation.comparing import mean_scores
+    from reviewer.store.runs import list_runs, run_summary
+
+    with open_store(db) as store:
+        rows: list[dict[str, Any]] = []
+        for run in list_runs(store):
+            stages = {stage.stage: stage for stage in run_summary(store, run.id)}
+            means = mean_scores(store, run.name)
+            rows.append(
+                {
+                    "run": run.name,
+                    "members": " ".join(
+                        [run.aligner, run.detector, run.settings["labeller"], run.segmenter]
+                    ),
+                    "done": stages["integrate"].done,
+                    "failed": sum(stage.failed for stage in stages.values()),
+                    "F without DoI": means.get("base"),
+                    "F with DoI": means.get("doi"),
+                    "made": run.created_at[:16].replace("T", " "),
+                }
+            )
+    _write(rows, as_json, "there are no runs yet; `reviewer run` makes one")
+
+
+@runs_app.command()
+def show(name: Name, as_json: AsJson = False, db: Database = DEFAULT_DB) -> None:
+    """Show a run: settings, stages with their times, failures."""
+    from reviewer.store.runs import run_failures, run_of_name, run_summary
+
+    with open_store(db) as store:
+        run = run_of_name(store, name)
+        stages = run_summary(store, run.id)
+        failures = run_failures(store, run.id)
+    rows = [
+        {
+            "stage": s.stage,
+            "done": s.done,
+            "failed": s.failed,
+            "ms a pair": f"{1000 * s.mean_seconds:.1f}",
+        }
+        for s in stages
+    ]
+    failed = [{"pair": f.pair, "stage": f.stage, "message": f.message} for f in failures]
+    if as_json:
+        typer.echo(
+            json.dumps(
+                {"run": run.name, "settings": run.settings, "stages": rows, "failures": failed},
+                indent=1,
+            )
+        )
+        return
+    typer.echo(f"run {run.name}, made {run.created_at}")
+    typer.echo(json.dumps(run.settings, indent=1))
+    print_table(rows)
+    if failed:
+        print_table(failed, title=f"{len(failed)} failures")
+
+
+@runs_app.command()
+def compare(
+    first: Annotated[str, typer.Argument(help="One run.")],
+    second: Annotated[str, typer.Argument(help="Another one.")],
+    method: Annotated[str, typer.Option(help="base, doi or audited.")] = "doi",
+    as_json: AsJson = False,
+    db: Database = DEFAULT_DB,
+) -> None:
+    """Compare two runs: settings that differ, F by split, and the pairs that changed most."""
+    from reviewer.evaluation.comparing import compare_runs
+    from reviewer.evaluation.counting import refresh_counts
+
+    with open_store(db) as store:
+        refresh_counts(store)
+        found = compare_runs(store, first, second, method)
+    if as_json:
+        typer.echo(json.dumps(found.record(), indent=1))
+        return
+    print_table(found.settings, title="settings that differ")
+    print_table(found.splits, title=f"F by split, {method}")
+    print_table(found.pairs, title="pairs that changed most")
+
+
+@runs_app.command()
+def delete(
+    name: Name,
+    with_verdicts: Annotated[
+        bool, typer.Option("--with-verdicts", help="Also when people gave verdicts in it.")
+    ] = False,
+    yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
+    db: Database = DEFAULT_DB,
+) -> None:
+    """Delete a run with its layers, regions and predictions; ground truth stays."""
+    from reviewer.store.runs import delete_run, run_of_name
+
+    with open_store(db) as store:
+        run_of_name(store, name)
+        if not yes:
+            typer.confirm(f"delete run {name}?", abort=True)
+        delete_run(store, name, with_verdicts=with_verdicts)
+    typer.echo(f"run {name}: deleted")
+
+
+def _write(rows: list[dict[str, Any]], as_json: bool, nothing: str) -> None:
+    if as_json:
+        typer.echo(json.dumps(rows, indent=1))
+    elif rows:
+        print_table(rows)
+    else:
+        typer.echo(nothing)

@@ -1,0 +1,74 @@
+"""`grounded-sam`: the labels' boxes by Grounding DINO, their masks by SAM or SAM 2.
+
+What lang-segment-anything does, which the paper uses on both images: box threshold 0.3, text
+threshold 0.25, no suppression of overlapping boxes. Embeddings are kept where the workbench's
+clicks look for them: a pair that was searched is a pair that clicks at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reviewer.models.click_sam import DEFAULT_SAM, sam_of_text
+from reviewer.models.device import check_recorded
+from reviewer.models.embeddings import EmbeddingCache, cache_folder
+from reviewer.models.interfaces import Image, Instance, Objects, PairView
+from reviewer.models.segmenters.grounding import GroundingDino
+from reviewer.models.segmenters.sides import ReferenceFrame, check_frame, find_on_both
+
+INSTEAD = "use --segmenter oversegment, which needs no weights"
+
+
+@dataclass
+class GroundedSamSegmenter:
+    """Objects that the labels name; none without a label.
+
+    Attributes:
+        grounding: Grounding DINO, a directory or a hub id.
+        sam: "sam:PATH" or "sam2:PATH", a directory or a hub id.
+        box_threshold, text_threshold: see `GroundingDino.find`.
+        reference: "warped" or "raw", see `find_on_both`.
+        weights: fingerprints of both; where given, the checkpoints must still hold those.
+    """
+
+    grounding: str = "IDEA-Research/grounding-dino-base"
+    sam: str = DEFAULT_SAM
+    box_threshold: float = 0.3
+    text_threshold: float = 0.25
+    reference: ReferenceFrame = "warped"
+    weights: str = ""
+
+    def __post_init__(self) -> None:
+        """Load both nets.
+
+        Raises:
+            InvalidInput: when one cannot be loaded, or holds other weights than the run began with.
+        """
+        check_frame(self.reference)
+        option = f"--segmenter grounded-sam, grounding={self.grounding}"
+        self._dino = GroundingDino(self.grounding, option, INSTEAD)
+        self._sam = sam_of_text(self.sam, f"--segmenter grounded-sam:{self.sam}", INSTEAD)
+        self.weights = check_recorded(
+            "--segmenter grounded-sam", f"{self._dino.weights} {self._sam.model_id}", self.weights
+        )
+        self._cache = EmbeddingCache(self._sam, cache_folder())
+
+    def segment(self, view: PairView) -> Objects:
+        """Return the named objects of both images."""
+        if not view.labels:
+            return Objects((), ())
+        return find_on_both(view, lambda image: self._find(image, view.labels), self.reference)
+
+    def _find(self, image: Image, labels: tuple[str, ...]) -> list[Instance]:
+        found = self._dino.find(image, labels, self.box_threshold, self.text_threshold)
+        if not found:
+            return []
+        embedding = self._cache.embed(image)
+        boxes = np.stack([box.box_xyxy for box in found])
+        masks, _ = self._sam.predict_boxes(embedding, boxes)
+        return [
+            Instance(np.ascontiguousarray(mask), box.phrase, box.score)
+            for box, mask in zip(found, masks, strict=True)
+        ]
