@@ -27,10 +27,11 @@ StageName = Literal["align", "detect", "label", "search", "integrate", "all"]
 ScopeName = Literal["component", "image"]
 EngineChoice = Literal["local", "ray"]
 MEMBER_HELP = {
-    "aligner": "dis, ecc, homography; loftr[:DIR-OR-HUB-ID]; files:DIR, imported",
+    "aligner": "dis, ecc, homography; loftr[:MODEL], pdcnet:DIR; files:DIR, imported",
     "detector": "difference; cscdnet:CHECKPOINT, dr-tanet:CHECKPOINT, ...; files:DIR, imported",
-    "labeller": "none; vocabulary:FILE.json",
-    "segmenter": "oversegment; files:DIR (DIR/live, DIR/reference), imported",
+    "labeller": "none, vocabulary:FILE.json; llava[:MODEL], llava-alpha:FILE.pth",
+    "segmenter": "oversegment; grounded-sam[:sam2:MODEL], sam-everything[:sam2:MODEL],"
+    " sam3[:MODEL]; files:DIR (DIR/live, DIR/reference), imported. MODEL: directory or hub id",
 }
 
 

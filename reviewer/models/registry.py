@@ -49,6 +49,12 @@ def _loftr(**settings: Any) -> Aligner:
     return LoftrAligner(**settings)
 
 
+def _pdcnet(**settings: Any) -> Aligner:
+    from reviewer.models.aligners.pdcnet import PdcNetAligner
+
+    return PdcNetAligner(**settings)
+
+
 def _difference(**settings: Any) -> Detector:
     from reviewer.models.detectors import DifferenceDetector
 
@@ -143,6 +149,7 @@ ALIGNERS: dict[str, Callable[..., Aligner]] = {
     "ecc": _ecc,
     "homography": _homography,
     "loftr": _loftr,
+    "pdcnet": _pdcnet,
 }
 NET_NAMES = ("cdnet", "cscdnet", "cscdnet-attention", "dr-tanet", "tanet")
 DETECTORS: dict[str, Callable[..., Detector]] = {
@@ -171,7 +178,7 @@ LABELLERS: dict[str, Callable[..., Labeller]] = {
 # Which setting the PATH of NAME:PATH is.
 PATH_SETTING = {
     "loftr": "checkpoint",
-    "pdcnet": "checkpoint",
+    "pdcnet": "repository",
     "vocabulary": "words",
     "llava": "checkpoint",
     "llava-alpha": "alpha",
@@ -180,7 +187,7 @@ PATH_SETTING = {
     "sam3": "checkpoint",
     **{name: "checkpoint" for name in NET_NAMES},
 }
-PATHS = frozenset({"alpha", "checkpoint", "grounding", "sam"})
+PATHS = frozenset({"alpha", "checkpoint", "grounding", "repository", "sam"})
 """Settings that say where weights lie; `weights` says which they are."""
 CLICK_SEGMENTERS: dict[str, Callable[[str], ClickSegmenter]] = {
     "grabcut": _grabcut,

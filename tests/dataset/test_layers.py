@@ -8,10 +8,10 @@ import pytest
 from reviewer.dataset.layers import import_layer
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.masks import decode_rle, encode_png
-from reviewer.pipeline.fields import load_probability, packing
+from reviewer.pipeline.fields import load_flow, load_probability, packing
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
-from reviewer.store.layers import load_detection, load_objects
+from reviewer.store.layers import load_alignment, load_detection, load_objects
 from reviewer.store.pairs import pair_ids
 from reviewer.store.regions import load_regions
 from reviewer.store.results import finished_pairs
@@ -98,3 +98,57 @@ def test_a_run_with_a_model_of_its_own_takes_no_layer(db, tiny_split, tmp_path):
 def test_a_folder_without_any_file_says_what_is_expected(db, tiny_split, own_run, tmp_path):
     with pytest.raises(NotFound, match=r"expected names such as .*cs1.0000\.png"):
         import_layer(db, own_run, "detection", tmp_path / "maps", tiny_split, packing(own_run))
+
+
+def write_flo(path, flow):
+    height, width = flow.shape[:2]
+    size = np.array([width, height], "<i4").tobytes()
+    path.write_bytes(b"PIEH" + size + flow.astype("<f4").tobytes())
+
+
+@pytest.fixture
+def aligned_elsewhere(db):
+    return prepare_run(db, "flows", PipelineSettings(aligner="imported"))
+
+
+def test_flows_and_confidences_come_in_and_are_judged(db, tiny_split, aligned_elsewhere, tmp_path):
+    flow = np.zeros((120, 160, 2), np.float32)
+    flow[..., 0] = 2
+    write_flo(tmp_path / "0000.flo", flow)
+    flow[3, 4] = np.nan
+    np.save(tmp_path / "0001.npy", flow)
+    confidence = np.ones((120, 160), np.float32)
+    confidence[:, :40] = 0.2
+    np.save(tmp_path / "0001.confidence.npy", confidence)
+    run, pack = aligned_elsewhere, packing(aligned_elsewhere)
+    report = import_layer(db, run, "alignment", tmp_path, tiny_split, pack)
+    assert (report.imported, report.without_file) == (2, ("cs1/0002",))
+    whole, partly = (load_alignment(db, run.id, pair.id) for pair in tiny_split[:2])
+    np.testing.assert_allclose(load_flow(whole)[..., 0], 2)
+    valid = decode_rle(partly.valid)
+    assert not valid[:, :40].any() and not valid[3, 4] and valid[10:, 40:-3].all()
+    assert "leaves a larger difference" in whole.doubt
+    done = run_pipeline(db, run, pair_ids(db))
+    assert done.done == 2 and "no imported alignment" in done.failures[0]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(np.zeros((120, 160), np.float32), r"a flow is \(height, width, 2\)"),
+     (np.zeros((60, 80, 2), np.float32), "is 80x60 but the live image")],
+)  # fmt: skip
+def test_what_is_no_flow_of_the_pair_is_refused(
+    db, tiny_split, aligned_elsewhere, tmp_path, content, message
+):
+    np.save(tmp_path / "0000.npy", content)
+    with pytest.raises(InvalidInput, match=message):
+        pack = packing(aligned_elsewhere)
+        import_layer(db, aligned_elsewhere, "alignment", tmp_path, tiny_split, pack)
+
+
+def test_a_truncated_flo_is_refused(db, tiny_split, aligned_elsewhere, tmp_path):
+    pack = packing(aligned_elsewhere)
+    for content in (b"PIEH" + b"\0" * 6, b"RIFF" + b"\0" * 60):
+        (tmp_path / "0000.flo").write_bytes(content)
+        with pytest.raises(InvalidInput, match=r"not a readable \.flo file"):
+            import_layer(db, aligned_elsewhere, "alignment", tmp_path, tiny_split, pack)

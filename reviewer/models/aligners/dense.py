@@ -53,10 +53,10 @@ class DisAligner:
             # Far from any agreeing pixel, as inside a large new object: one plane for the view.
             plane = _fit_plane(forward, agreed)
             if plane is None:
-                return Alignment(flow, ~lonely & inside(flow, height, width))
+                return Alignment(flow, ~lonely & inside(flow, height, width), backward)
             weight = np.clip(support / 0.1, 0, 1)[..., None]
             flow = (weight * flow + (1 - weight) * plane).astype(np.float32)
-        return Alignment(flow, inside(flow, height, width))
+        return Alignment(flow, inside(flow, height, width), backward)
 
 
 def _even_light(image: Image) -> Image:

@@ -70,14 +70,21 @@ class LoftrAligner:
         self._net.to(self._device).eval()
 
     def align(self, reference: Image, live: Image) -> Alignment:
-        """Match, and turn the matches into a flow field."""
+        """Match both ways, and turn the matches into flow fields."""
+        flow = self._flow(reference, live)
+        try:
+            backward = self._flow(live, reference)
+        except ModelFailed:
+            backward = None  # the way there stands by itself; there is none back to judge it by
+        return Alignment(flow, inside(flow, *reference.shape[:2]), backward)
+
+    def _flow(self, reference: Image, live: Image) -> Field:
         source, target = self.match(reference, live)
         if len(source) < self.least_matches:
             raise ModelFailed(
                 f"aligner loftr: {len(source)} matches, but {self.least_matches} are needed"
             )
-        flow = self.flow_of_matches(source, target, *live.shape[:2])
-        return Alignment(flow, inside(flow, *reference.shape[:2]))
+        return self.flow_of_matches(source, target, *live.shape[:2])
 
     def match(self, reference: Image, live: Image) -> tuple[Points, Points]:
         """Return matching points (N, 2), live and reference, in their own pixels."""

@@ -7,7 +7,9 @@ PAMI 2008, as OpenCV implements it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -17,6 +19,7 @@ from reviewer.models.interfaces import Alignment, Field, Image, ModelFailed
 from reviewer.models.warping import inside
 
 Matrix = npt.NDArray[np.float64]
+Features = tuple[Sequence[Any], npt.NDArray[np.float32] | None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,15 +38,17 @@ class HomographyAligner:
 
     def align(self, reference: Image, live: Image) -> Alignment:
         """Estimate the homography and turn it into a flow field."""
-        matrix = self.estimate(reference, live)
-        flow = flow_of_homography(matrix, *live.shape[:2])
-        return Alignment(flow, inside(flow, *reference.shape[:2]))
+        present, past = _features(live), _features(reference)
+        matrix, back = self._match(present, past), self._match(past, present)
+        return alignment_of_planes(matrix, back, reference, live)
 
     def estimate(self, reference: Image, live: Image) -> Matrix:
         """Return the 3x3 matrix that maps live pixels to reference pixels."""
-        sift = cv2.SIFT.create(nfeatures=1500)
-        live_points, live_features = sift.detectAndCompute(grey(live), None)
-        past_points, past_features = sift.detectAndCompute(grey(reference), None)
+        return self._match(_features(live), _features(reference))
+
+    def _match(self, present: Features, past: Features) -> Matrix:
+        """Return the matrix that maps pixels of the first to pixels of the second."""
+        (live_points, live_features), (past_points, past_features) = present, past
         if live_features is None or past_features is None or len(past_features) < 2:
             raise ModelFailed("aligner homography: an image has no features to match")
         pairs = cv2.BFMatcher(cv2.NORM_L2).knnMatch(live_features, past_features, k=2)
@@ -79,9 +84,14 @@ class EccAligner:
     def align(self, reference: Image, live: Image) -> Alignment:
         """Refine the homography and turn it into a flow field."""
         try:
-            matrix = HomographyAligner().estimate(reference, live)
+            start = HomographyAligner().estimate(reference, live)
         except ModelFailed:
-            matrix = np.eye(3)
+            start = np.eye(3)
+        matrix = self._estimate(reference, live, start)
+        back = self._estimate(live, reference, np.asarray(np.linalg.inv(start), np.float64))
+        return alignment_of_planes(matrix, back, reference, live)
+
+    def _estimate(self, reference: Image, live: Image, matrix: Matrix) -> Matrix:
         correlation = 0.0
         for level in self.levels:
             matrix, correlation = self._refine(reference, live, matrix, level)
@@ -90,8 +100,7 @@ class EccAligner:
                 f"aligner ecc: the pictures correlate by {correlation:.2f} only,"
                 f" {self.least_correlation} is needed"
             )
-        flow = flow_of_homography(matrix, *live.shape[:2])
-        return Alignment(flow, inside(flow, *reference.shape[:2]))
+        return matrix
 
     def _refine(
         self, reference: Image, live: Image, matrix: Matrix, level: float
@@ -118,6 +127,18 @@ class EccAligner:
 def grey(image: Image) -> Image:
     """Return the grey picture, uint8 (H, W)."""
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
+
+
+def _features(image: Image) -> Features:
+    points, features = cv2.SIFT.create(nfeatures=1500).detectAndCompute(grey(image), None)
+    return points, features
+
+
+def alignment_of_planes(matrix: Matrix, back: Matrix, reference: Image, live: Image) -> Alignment:
+    """Return the alignment of a homography live -> reference, and one found the other way."""
+    flow = flow_of_homography(matrix, live.shape[0], live.shape[1])
+    backward = flow_of_homography(back, reference.shape[0], reference.shape[1])
+    return Alignment(flow, inside(flow, reference.shape[0], reference.shape[1]), backward)
 
 
 def robust_homography(
