@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from reviewer.app.messages import LayerName, PairDetail, RegionInfo, ScoreInfo
+from reviewer.app.messages import (
+    AlignmentInfo,
+    LabelInfo,
+    LayerName,
+    PairDetail,
+    RegionInfo,
+    ScoreInfo,
+)
 from reviewer.metrics import Counts, f_score, precision, recall
+from reviewer.models.registry import segmenter_reads
 from reviewer.records import Run, StoredRegion
 from reviewer.store import runs
 from reviewer.store.database import Store
+from reviewer.store.layers import load_alignment, load_labels
 from reviewer.store.overview import pair_overview
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.regions import load_regions
@@ -59,11 +68,39 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         run=run.name if run else None,
         layers=layers,
         version=seen.version if seen else "0",
-        alignment_residual=seen.residual_after if seen else None,
-        valid_fraction=seen.valid_fraction if seen else None,
+        alignment=_alignment_info(store, run, pair_id) if run else None,
+        labels=_label_infos(store, run, pair_id) if run else [],
+        reads_labels=run is not None and "labels" in segmenter_reads(run.segmenter),
         regions=[region_info(region) for region in regions],
         scores={method: score_info(value) for method, value in counts.items()},
     )
+
+
+def _alignment_info(store: Store, run: Run, pair_id: int) -> AlignmentInfo | None:
+    found = load_alignment(store, run.id, pair_id)
+    if found is None:
+        return None
+    return AlignmentInfo(
+        valid_fraction=found.valid.area / (found.valid.height * found.valid.width),
+        residual_before=found.residual_before,
+        residual_after=found.residual_after,
+        backward_px=found.backward_px,
+        doubt=found.doubt,
+    )
+
+
+def _label_infos(store: Store, run: Run, pair_id: int) -> list[LabelInfo]:
+    return [
+        LabelInfo(
+            number=number,
+            component=label.component,
+            raw=label.raw,
+            label=label.label,
+            note=label.note,
+            edited_by=label.edited_by,
+        )
+        for number, label in enumerate(load_labels(store, run.id, pair_id))
+    ]
 
 
 def region_info(stored: StoredRegion) -> RegionInfo:

@@ -28,6 +28,9 @@ LayerName = Literal[
 Id = Annotated[int, Path(ge=1, le=2**63 - 1)]
 """The key of a pair, a region .. in a path."""
 
+Number = Annotated[int, Path(ge=0, le=10**6)]
+"""The number of a label .. within its pair, in a path."""
+
 
 class Message(BaseModel):
     """Base of all messages: unknown fields are refused."""
@@ -81,6 +84,7 @@ class PairSummary(Message):
     max_doi: float | None
     inspect: int
     reviewers: int
+    doubt: str
 
 
 class PairPage(Message):
@@ -147,6 +151,34 @@ class ScoreInfo(Message):
     f_score: float
 
 
+class AlignmentInfo(Message):
+    """How an alignment was judged: shares, grey levels 0..255, pixels; why it is doubted, or ""."""
+
+    valid_fraction: float
+    residual_before: float
+    residual_after: float
+    backward_px: float | None
+    doubt: str
+
+
+class LabelInfo(Message):
+    """What was said of a component of M_o (null: of the whole mask), and what is searched for."""
+
+    number: int
+    component: int | None
+    raw: str
+    label: str
+    note: str
+    edited_by: str | None
+
+
+class LabelChange(Message):
+    """A name to search for in place of another one; "" searches for nothing."""
+
+    run: str | None = None
+    label: Annotated[str, Field(max_length=4000)]
+
+
 class PairDetail(Message):
     """Everything the workbench needs to open a pair, but pixels."""
 
@@ -163,8 +195,9 @@ class PairDetail(Message):
     run: str | None
     layers: list[LayerName]
     version: str
-    alignment_residual: float | None
-    valid_fraction: float | None
+    alignment: AlignmentInfo | None
+    labels: list[LabelInfo]
+    reads_labels: bool
     regions: list[RegionInfo]
     scores: dict[str, ScoreInfo]
 

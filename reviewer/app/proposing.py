@@ -1,25 +1,28 @@
-"""Endpoints of what is proposed: masks from every source, and regions that wait for a verdict."""
+"""Endpoints of what is proposed: masks of every source, labels, regions that wait for a verdict."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Request
 
 from reviewer.app import messages as m
-from reviewer.app.details import choose_run
+from reviewer.app.details import choose_run, pair_detail
 from reviewer.editing.proposals import Source, list_proposals
+from reviewer.editing.relabel import Relabelling
 from reviewer.errors import NotFound
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import list_doubtful
+from reviewer.store.reviews import annotator_id
 
 
 def build_proposing(store: Store) -> APIRouter:
     """Return the router of proposals and of the audit queue."""
     router = APIRouter()
+    relabelling = Relabelling(store)
 
     @router.get("/pairs/{pair_id}/proposals")
     def get_proposals(
@@ -44,6 +47,16 @@ def build_proposing(store: Store) -> APIRouter:
             )
             for proposal in found
         ]
+
+    @router.put("/pairs/{pair_id}/labels/{number}")
+    def put_label(
+        request: Request, pair_id: m.Id, number: m.Number, change: m.LabelChange
+    ) -> m.PairDetail:
+        """Write over a label, or add one more; the answer is the pair, searched again."""
+        pair, chosen = pair_of_id(store, pair_id), _run(change.run)
+        person = annotator_id(store, str(request.state.annotator))
+        relabelling.edit(chosen, pair, number, change.label, person)
+        return pair_detail(store, pair_id, person, chosen)
 
     @router.get("/audit-queue")
     def get_audit_queue(

@@ -29,6 +29,7 @@ ORDER_TITLE: dict[Order, str] = {
     "doi": "highest DoI",
     "size": "largest change",
     "unreviewed": "unreviewed first",
+    "doubt": "badly aligned first",
 }
 STATE_COLOUR: dict[ReviewState, tuple[int, int, int]] = {
     "todo": (134, 142, 150),
@@ -147,7 +148,8 @@ class QueuePanel:
 
 def _row_label(entry: QueueEntry) -> str:
     doi = "" if entry.max_doi is None else f"  ·  DoI {entry.max_doi:.2f}"
-    return f"{STATE_SIGN[entry.state]}  {entry.split}/{entry.name}{doi}"
+    doubt = "  ⚠" if entry.doubt else ""
+    return f"{STATE_SIGN[entry.state]}  {entry.split}/{entry.name}{doi}{doubt}"
 
 
 def _row_colour(entry: QueueEntry, *, dark: bool) -> tuple[int, int, int]:
@@ -165,7 +167,8 @@ def _summary(desk: Desk, count: int, page: int, last: int) -> str:
     return (
         '<div style="padding:.5em .75em .6em;font-size:.8em;line-height:1.7">'
         f"<b>{count}</b> pairs &middot; page {page + 1} of {last + 1} &middot; {name}<br>"
-        f'<span style="opacity:.75">{legend}</span></div>'
+        f'<span style="opacity:.75">{legend}'
+        '<span style="white-space:nowrap">⚠ badly aligned, or failed</span></span></div>'
     )
 
 

@@ -21,8 +21,8 @@ from reviewer.models.embeddings import EmbeddingCache
 from reviewer.models.interfaces import Candidate, Click, Embedding, Image, Prompt
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
-from reviewer.store.overview import pair_overview
 from reviewer.store.pairs import pair_of_id
+from reviewer.store.results import stage_keys
 
 Window = tuple[slice, slice]
 LEAST_CROP_PX = 96
@@ -124,8 +124,8 @@ class Clicks:
         self, pair: Pair, run: Run | None, picture: Picture, window: Window | None
     ) -> Embedding:
         place = None if window is None else tuple((s.start, s.stop) for s in window)
-        # The alignment's residual tells one alignment of a run from the next.
-        aligned = pair_overview(self._store, run.id, pair.id).residual_after if run else None
+        # The key of the alignment tells one alignment of a run from the next.
+        aligned = stage_keys(self._store, run.id, [pair.id])[pair.id].get("align") if run else None
         key = (pair.id, picture, run.id if run else 0, aligned, place)
 
         def load() -> tuple[Image, Image | None]:

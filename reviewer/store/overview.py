@@ -1,4 +1,4 @@
-"""What there is to see of a pair in a run: finished stages, alignment quality, a version."""
+"""What there is to see of a pair in a run: finished stages, and a version."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ class Overview:
     """Finished stages of a pair in a run.
 
     Attributes:
-        residual_after, valid_fraction, backward_px, doubt: see `store.layers.StoredAlignment`.
         version: changes whenever a layer of the pair may look different.
     """
 
@@ -21,10 +20,6 @@ class Overview:
     detected: bool
     searched: bool
     integrated: bool
-    residual_after: float | None
-    valid_fraction: float | None
-    backward_px: float | None
-    doubt: str
     version: str
 
 
@@ -34,7 +29,7 @@ def pair_overview(store: Store, run_id: int, pair_id: int) -> Overview:
         store.read()
         .execute(
             """
-            SELECT a.residual_after, a.valid_fraction, a.backward_px, a.doubt,
+            SELECT a.pair_id AS aligned,
                 (SELECT group_concat(stage || ' ' || key, ',') FROM results
                     WHERE run_id = :run AND pair_id = :pair) AS made,
                 d.pair_id AS detected,
@@ -52,13 +47,9 @@ def pair_overview(store: Store, run_id: int, pair_id: int) -> Overview:
     made = dict(part.split(" ", 1) for part in (row["made"] or "").split(",") if part)
     digest = hashlib.sha256(f"{made}{row['area']}".encode()).hexdigest()[:12]
     return Overview(
-        row["doubt"] is not None,
+        row["aligned"] is not None,
         row["detected"] is not None,
         "search" in made,
         row["area"] is not None,
-        row["residual_after"],
-        row["valid_fraction"],
-        row["backward_px"],
-        row["doubt"] or "",
         f"{store.identity}.{run_id}.{digest}.{row['audit']}",
     )

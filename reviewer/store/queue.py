@@ -11,18 +11,23 @@ from reviewer.errors import InvalidInput
 from reviewer.records import ReviewState
 from reviewer.store.database import Store
 
-Order = Literal["name", "doi", "size", "unreviewed"]
+Order = Literal["name", "doi", "size", "unreviewed", "doubt"]
 ORDERS: dict[Order, str] = {
     "name": "split, name",
     "doi": "max_doi DESC NULLS LAST, split, name",
     "size": "change_px DESC NULLS LAST, split, name",
+    "doubt": "(doubt = ''), split, name",
     "unreviewed": "done_by_others, (state <> 'todo'), split, name",
 }
 
 
 @dataclass(frozen=True, slots=True)
 class QueueEntry:
-    """A row of the queue; DoI and change size come from the chosen run, None without one."""
+    """A row of the queue; DoI and change size come from the chosen run, None without one.
+
+    Attributes:
+        doubt: why the run's alignment looks bad, or which stage failed; "" = all is well.
+    """
 
     id: int
     split: str
@@ -34,6 +39,7 @@ class QueueEntry:
     max_doi: float | None
     inspect: int
     reviewers: int
+    doubt: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,13 +90,16 @@ def list_queue(
             (SELECT count(*) FROM reviews o WHERE o.pair_id = p.id
                 AND o.state <> 'in_progress' AND o.annotator_id <> :annotator) AS done_by_others,
             coalesce(t.number, 0) AS revision, t.area AS truth_px, d.area AS change_px,
-            g.max_doi, coalesce(g.inspect, 0) AS inspect
+            g.max_doi, coalesce(g.inspect, 0) AS inspect,
+            coalesce((SELECT f.stage || ' failed: ' || f.message FROM failures f
+                WHERE f.pair_id = p.id AND f.run_id = :run LIMIT 1), a.doubt, '') AS doubt
         FROM pairs p JOIN splits s ON s.id = p.split_id
         LEFT JOIN reviews v ON v.pair_id = p.id AND v.annotator_id = :annotator
         LEFT JOIN ground_truth t ON t.pair_id = p.id
         LEFT JOIN detections d ON d.pair_id = p.id AND d.run_id = :run
         LEFT JOIN (SELECT pair_id, max(doi) AS max_doi, sum(inspect) AS inspect FROM regions
             WHERE run_id = :run GROUP BY pair_id) g ON g.pair_id = p.id
+        LEFT JOIN alignments a ON a.pair_id = p.id AND a.run_id = :run
         WHERE (:split IS NULL OR s.name = :split)
         AND (:ids IS NULL OR p.id IN (SELECT value FROM json_each(:ids)))
     ) SELECT *, count(*) OVER () AS total FROM entries WHERE (:state IS NULL OR state = :state)
@@ -118,6 +127,7 @@ def list_queue(
             row["max_doi"],
             row["inspect"],
             row["reviewers"],
+            row["doubt"],
         )
         for row in rows
     ]

@@ -17,6 +17,10 @@ from reviewer.store.revisions import rle_of_row
 REGIONS = """
 SELECT g.*, d.verdict, d.annotator, d.labels FROM regions g
 JOIN doi_decisions d ON d.region_id = g.id WHERE g.run_id = ? AND g.pair_id = ?"""
+VERDICTS = """
+SELECT count(*) AS verdicts, min(r.name) AS run FROM audits a
+JOIN regions g ON g.id = a.region_id JOIN runs r ON r.id = g.run_id
+WHERE g.run_id = ? AND g.pair_id = ?"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,13 +56,14 @@ def put_integration(
         put_prediction(db, run_id, pair_id, method, rle)
 
 
+def count_verdicts(store: Store, run_id: int, pair_id: int) -> int:
+    """Return how many verdicts people gave on a pair's regions in a run."""
+    row = store.read().execute(VERDICTS, [run_id, pair_id]).fetchone()
+    return int(row["verdicts"])
+
+
 def _refuse_if_judged(db: sqlite3.Connection, run_id: int, pair_id: int) -> None:
-    row = db.execute(
-        "SELECT count(*) AS verdicts, min(r.name) AS run FROM audits a"
-        " JOIN regions g ON g.id = a.region_id JOIN runs r ON r.id = g.run_id"
-        " WHERE g.run_id = ? AND g.pair_id = ?",
-        [run_id, pair_id],
-    ).fetchone()
+    row = db.execute(VERDICTS, [run_id, pair_id]).fetchone()
     if row["verdicts"]:
         raise Conflict(
             f"pair {pair_id}: people gave {row['verdicts']} verdicts on its regions in run"

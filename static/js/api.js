@@ -79,6 +79,8 @@ export const api = {
     if (run) query.set("run", run);
     return call(`/api/pairs/${id}/proposals?${query}`);
   },
+  /** @param {number} id @param {string | null} run @param {number} number @param {string} label */
+  label: (id, run, number, label) => call(`/api/pairs/${id}/labels/${number}`, send("PUT", { run, label })),
   /** @param {number} region @param {string} verdict */
   audit: (region, verdict) => call(`/api/regions/${region}/audit`, send("POST", { verdict })),
   /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer */

@@ -65,13 +65,21 @@ export function showFacts(state) {
   if (!pair) return;
   const facts = [`${pair.width}×${pair.height}`, `mask ${area.mask} px`, `revision ${state.revision}`];
   if (area.ignore) facts.splice(2, 0, `ill-posed ${area.ignore} px`);
-  if (pair.valid_fraction !== null) facts.push(`warp ${Math.round(pair.valid_fraction * 100)} % valid`);
+  if (pair.alignment) facts.push(alignmentFact(pair.alignment));
   const { candidate } = state;
   if (candidate?.count) facts.unshift(`candidate ${candidate.index + 1} of ${candidate.count}, score ${candidate.score.toFixed(2)}`);
   $("facts").textContent = facts.join("   ·   ");
   const at = state.cursor;
   const where = at ? `x ${Math.floor(at.x)}  y ${Math.floor(at.y)}  ` : "";
   $("where").textContent = `${where}${Math.round(state.view.scale * 100)} %`;
+}
+
+/** @param {NonNullable<import("./state.js").Pair["alignment"]>} found */
+function alignmentFact(found) {
+  const parts = [`warp ${Math.round(found.valid_fraction * 100)} % valid`,
+    `difference ${found.residual_before.toFixed(1)} → ${found.residual_after.toFixed(1)}`];
+  if (found.backward_px !== null) parts.push(`there and back ${found.backward_px.toFixed(1)} px`);
+  return found.doubt ? `⚠ badly aligned: ${found.doubt}` : parts.join(", ");
 }
 
 /** @param {string} status @param {string} detail */

@@ -4,8 +4,9 @@
  * @typedef {import("./state.js").State} State
  */
 import { api } from "./api.js";
-import { $ } from "./chrome.js";
+import { $, waiting } from "./chrome.js";
 import { drawHistory } from "./panels/history_list.js";
+import { drawLabels } from "./panels/label_list.js";
 import { drawProposals, drawScores } from "./panels/proposal_list.js";
 import { SOURCES } from "./proposals.js";
 import { decode } from "./rle.js";
@@ -101,8 +102,25 @@ export class Side {
       : pair.run ? "Nothing is proposed here." : "There is no run yet.";
     $("proposal-note").textContent = note;
     $("proposal-note").hidden = !note;
+    $("labels").hidden = state.blind || !(pair.reads_labels || pair.labels.length);
+    drawLabels($("label-list"), pair.labels, (number, label) => this.on.attempt(this.relabel(number, label)));
     $("scores").hidden = state.blind;
     drawScores($("scores"), pair.scores);
+  }
+
+  /** Search the pair for another name. @param {number} number @param {string} label */
+  async relabel(number, label) {
+    const { pair } = this.state;
+    if (!pair) return;
+    waiting(`searching ${label || "nothing"}…`);
+    try {
+      this.desk.accept(await api.label(pair.id, pair.run, number, label));
+    } catch (error) {
+      await this.desk.refresh();
+      throw error;
+    } finally {
+      waiting("");
+    }
   }
 
   /** @param {string | null} key @param {boolean} go show its place */

@@ -13,7 +13,9 @@
  * @typedef {{id: number, split: string, name: string, width: number, height: number,
  *   revision: number, state: string, run: string | null, layers: string[], version: string,
  *   regions: Region[], scores: Record<string, {precision: number, recall: number, f_score: number}>,
- *   valid_fraction: number | null, alignment_residual: number | null}} Pair
+ *   alignment: {valid_fraction: number, residual_before: number, residual_after: number,
+ *   backward_px: number | null, doubt: string} | null, reads_labels: boolean,
+ *   labels: import("./panels/label_list.js").Label[]}} Pair
  * @typedef {{points: {x: number, y: number, positive: boolean}[], box: number[] | null,
  *   count: number, index: number, score: number}} Candidate what a click tool shows
  */

@@ -1,6 +1,15 @@
 """Proposals, the audit queue and single revisions over HTTP."""
 
+import numpy as np
+import pytest
+
 from reviewer.masks import decode_rle, read_rle
+from reviewer.models.interfaces import Instance, ModelFailed, Objects
+from reviewer.models.registry import SEGMENTER_READS, SEGMENTERS
+from reviewer.pipeline.members import build_members
+from reviewer.pipeline.runner import prepare_run, run_pipeline
+from reviewer.pipeline.settings import PipelineSettings
+from reviewer.store.pairs import pair_ids
 
 
 def test_proposals_come_with_their_pixels(client, run):
@@ -42,3 +51,109 @@ def test_one_revision_can_be_read(client, run):
     newest = client.get("/api/pairs/1/mask", headers={"Accept": "application/json"}).json()
     assert first["mask"] == newest["mask"] and first["revision"] == 1
     assert client.get("/api/pairs/1/revisions/2").status_code == 404
+
+
+class Named:
+    """A segmenter that finds one object a label, on the live image."""
+
+    built = 0
+
+    def __init__(self):
+        Named.built += 1
+
+    def segment(self, view):
+        if "unfindable" in view.labels:
+            raise ModelFailed("segmenter named: the net is out of order")
+        found = []
+        for k, label in enumerate(view.labels):
+            mask = np.zeros_like(view.valid)
+            mask[40:60, 50 + 5 * k : 75] = True
+            found.append(Instance(mask, label, 0.5))
+        return Objects(tuple(found), ())
+
+
+@pytest.fixture
+def named(db, tiny_split, monkeypatch):
+    """A run whose segmenter reads labels: a vocabulary of one word."""
+    monkeypatch.setitem(SEGMENTERS, "named", Named)
+    monkeypatch.setitem(SEGMENTER_READS, "named", frozenset({"labels"}))
+    monkeypatch.setattr("reviewer.pipeline.members.settings_of", lambda member: {})
+    settings = PipelineSettings(
+        labeller="vocabulary",
+        segmenter="named",
+        model_settings={"label": {"words": {"*": ["pen"]}}},
+    )
+    members = build_members(settings)
+    run = prepare_run(db, "named", settings, members)
+    run_pipeline(db, run, pair_ids(db), members=members)
+    Named.built = 0
+    return run
+
+
+def relabel(client, number, label, pair=1):
+    change = {"run": "named", "label": label}
+    return client.put(f"/api/pairs/{pair}/labels/{number}", json=change)
+
+
+def test_an_edited_label_searches_that_pair_again(client, named):
+    before = client.get("/api/pairs/1", params={"run": "named"}).json()
+    assert before["reads_labels"]
+    assert before["labels"] == [
+        {
+            "number": 0,
+            "component": None,
+            "raw": "pen",
+            "label": "pen",
+            "note": "",
+            "edited_by": None,
+        }
+    ]
+    other = client.get("/api/pairs/2", params={"run": "named"}).json()
+    after = relabel(client, 0, " Red Wallet. ").json()
+    assert after["labels"][0]["label"] == "red wallet" and after["labels"][0]["raw"] == "pen"
+    assert after["labels"][0]["edited_by"] == "Ada"
+    assert {region["label"] for region in after["regions"]} == {"red wallet"}
+    assert after["version"] != before["version"]
+    assert client.get("/api/pairs/2", params={"run": "named"}).json() == other
+    two = relabel(client, 1, "pen").json()
+    assert {region["label"] for region in two["regions"]} == {"red wallet", "pen"}
+    assert Named.built == 1
+
+
+def test_a_label_that_cannot_be_searched_is_kept_and_says_so(client, named):
+    reply = relabel(client, 0, "unfindable")
+    assert reply.status_code == 422
+    assert "is kept, but" in reply.json()["detail"] and "out of order" in reply.json()["detail"]
+    pair = client.get("/api/pairs/1", params={"run": "named"}).json()
+    assert pair["labels"][0]["label"] == "unfindable"
+    assert {region["label"] for region in pair["regions"]} == {"pen"}
+    queue = client.get("/api/pairs", params={"run": "named", "order": "doubt"}).json()["pairs"]
+    assert queue[0]["id"] == 1 and "search failed: segmenter named" in queue[0]["doubt"]
+    assert relabel(client, 0, "cup").json()["regions"][0]["label"] == "cup"
+    queue = client.get("/api/pairs", params={"run": "named"}).json()["pairs"]
+    assert [entry["doubt"] for entry in queue] == ["", "", ""]
+
+
+def test_labels_that_are_no_names_or_nowhere_are_refused(client, named):
+    assert relabel(client, 0, "x" * 81).status_code == 422
+    assert relabel(client, 0, "x" * 4001).status_code == 422
+    assert relabel(client, 5, "pen").status_code == 404
+    assert relabel(client, 0, "pen", pair=99).status_code == 404
+
+
+def test_regions_with_a_verdict_are_not_searched_away(client, named):
+    region = client.get("/api/pairs/1", params={"run": "named"}).json()["regions"][0]["id"]
+    client.post(f"/api/regions/{region}/audit", json={"verdict": "agree"})
+    reply = relabel(client, 0, "cup")
+    assert reply.status_code == 409 and "another search would replace" in reply.json()["detail"]
+    pair = client.get("/api/pairs/1", params={"run": "named"}).json()
+    assert pair["labels"][0]["label"] == "pen"
+
+
+def test_a_bad_alignment_is_flagged_in_the_queue(client, db, run):
+    db.write(lambda c: c.execute("UPDATE alignments SET doubt = 'reaches 9%' WHERE pair_id = 2"))
+    queue = client.get("/api/pairs", params={"order": "doubt"}).json()["pairs"]
+    assert (queue[0]["id"], queue[0]["doubt"]) == (2, "reaches 9%")
+    found = client.get("/api/pairs/2").json()["alignment"]
+    assert found["doubt"] == "reaches 9%" and found["residual_after"] < found["residual_before"]
+    assert found["backward_px"] < 1 and 0.9 < found["valid_fraction"] <= 1

@@ -8,6 +8,7 @@ Source: Wang et al., "Efficient LoFTR", CVPR 2024, as `transformers` implements 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 
 import cv2
@@ -72,10 +73,9 @@ class LoftrAligner:
     def align(self, reference: Image, live: Image) -> Alignment:
         """Match both ways, and turn the matches into flow fields."""
         flow = self._flow(reference, live)
-        try:
+        backward = None
+        with suppress(ModelFailed):  # without a way back the way there stands by itself
             backward = self._flow(live, reference)
-        except ModelFailed:
-            backward = None  # the way there stands by itself; there is none back to judge it by
         return Alignment(flow, inside(flow, *reference.shape[:2]), backward)
 
     def _flow(self, reference: Image, live: Image) -> Field:

@@ -7,8 +7,10 @@ PAMI 2008, as OpenCV implements it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import cv2
@@ -39,8 +41,8 @@ class HomographyAligner:
     def align(self, reference: Image, live: Image) -> Alignment:
         """Estimate the homography and turn it into a flow field."""
         present, past = _features(live), _features(reference)
-        matrix, back = self._match(present, past), self._match(past, present)
-        return alignment_of_planes(matrix, back, reference, live)
+        matrix = self._match(present, past)
+        return alignment_of_planes(matrix, lambda: self._match(past, present), reference, live)
 
     def estimate(self, reference: Image, live: Image) -> Matrix:
         """Return the 3x3 matrix that maps live pixels to reference pixels."""
@@ -88,8 +90,9 @@ class EccAligner:
         except ModelFailed:
             start = np.eye(3)
         matrix = self._estimate(reference, live, start)
-        back = self._estimate(live, reference, np.asarray(np.linalg.inv(start), np.float64))
-        return alignment_of_planes(matrix, back, reference, live)
+        inverse = np.asarray(np.linalg.inv(start), np.float64)
+        way_back = partial(self._estimate, live, reference, inverse)
+        return alignment_of_planes(matrix, way_back, reference, live)
 
     def _estimate(self, reference: Image, live: Image, matrix: Matrix) -> Matrix:
         correlation = 0.0
@@ -134,10 +137,17 @@ def _features(image: Image) -> Features:
     return points, features
 
 
-def alignment_of_planes(matrix: Matrix, back: Matrix, reference: Image, live: Image) -> Alignment:
-    """Return the alignment of a homography live -> reference, and one found the other way."""
+def alignment_of_planes(
+    matrix: Matrix, way_back: Callable[[], Matrix], reference: Image, live: Image
+) -> Alignment:
+    """Return the alignment of a homography live -> reference, and of one found the other way.
+
+    Where there is no way back the way there stands by itself, with nothing to judge it by.
+    """
     flow = flow_of_homography(matrix, live.shape[0], live.shape[1])
-    backward = flow_of_homography(back, reference.shape[0], reference.shape[1])
+    backward = None
+    with suppress(ModelFailed):
+        backward = flow_of_homography(way_back(), reference.shape[0], reference.shape[1])
     return Alignment(flow, inside(flow, reference.shape[0], reference.shape[1]), backward)
 
 
