@@ -239,3 +239,20 @@ def test_what_a_run_cannot_do_is_said_at_once(folder, given, message):
     call("import", "data")
     result = call("run", *given)
     assert isinstance(result.exception, ReviewerError) and message in str(result.exception)
+
+
+def test_the_doctors_exit_code_tells_scripts(folder):
+    call("import", "data")
+    sound = call("doctor", "--json")
+    assert sound.exit_code == 0, sound.output
+    assert {check["verdict"] for check in json.loads(sound.output)} <= {"good", "note"}
+    (folder / "data" / "cs1" / "live" / "0000.png").unlink()
+    broken = call("doctor")
+    assert broken.exit_code == 1 and "✗ images:" in broken.output
+
+
+def test_models_are_listed_with_their_licences(folder):
+    listed = json.loads(call("models", "list", "--json").output)
+    assert {row["name"] for row in listed} >= {"sam2-tiny", "grounding-dino-base", "alpha-clip"}
+    assert "Apache-2.0" in call("models", "list").output
+    assert "sam2-tiny, sam2-small" in str(call("models", "fetch", "sam9").exception)

@@ -19,6 +19,7 @@ FLOOR = {
     "pipeline": 2,
     "evaluation": 2,
     "export": 2,
+    "doctor": 2,
     "store": 1,
     "models": 1,
 }
@@ -34,7 +35,15 @@ GROUND = {
     "__init__",
 }
 # Within floor 2 the data flows left to right; nothing flows backwards.
-ORDER_ON_FLOOR_2 = ["dataset", "synthesis", "training", "pipeline", "evaluation", "export"]
+ORDER_ON_FLOOR_2 = [
+    "dataset",
+    "synthesis",
+    "training",
+    "pipeline",
+    "evaluation",
+    "export",
+    "doctor",
+]
 
 
 def room(module: str) -> str:

@@ -10,7 +10,15 @@ import sys
 
 import typer
 
-from reviewer.cli import checkpoints, data, pipeline, runs, serving, training  # noqa: F401
+from reviewer.cli import (  # noqa: F401
+    checkpoints,
+    data,
+    machine,
+    pipeline,
+    runs,
+    serving,
+    training,
+)
 from reviewer.cli.options import app
 from reviewer.errors import ReviewerError
 

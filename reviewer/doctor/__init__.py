@@ -1,0 +1,1 @@
+"""What this machine can do, and whether what lies on it is whole."""

@@ -1,0 +1,24 @@
+"""Whether a database is whole: SQLite's own checks, and the image files it speaks of."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from reviewer.store.database import Store
+
+
+def damage(store: Store) -> list[str]:
+    """Return what is wrong with the file: damaged pages, rows that point nowhere."""
+    db = store.read()
+    pages = [row[0] for row in db.execute("PRAGMA integrity_check") if row[0] != "ok"]
+    lost = [
+        f"a row of {row['table']} points to a row of {row['parent']} that is not there"
+        for row in db.execute("PRAGMA foreign_key_check")
+    ]
+    return [*pages, *lost]
+
+
+def list_image_files(store: Store) -> list[tuple[Path, str]]:
+    """Return every image file with the hash it was imported with."""
+    rows = store.read().execute("SELECT path, sha256 FROM images ORDER BY path")
+    return [(store.folder / row["path"], row["sha256"]) for row in rows]
