@@ -41,6 +41,12 @@ def m004_results(db: Database) -> None:
     _run(db, "m004_results")
 
 
+@migrations()
+def m005_found(db: Database) -> None:
+    """List what was found, under names that people may change."""
+    _run(db, "m005_found")
+
+
 def _run(db: Database, name: str) -> None:
     script = (SCRIPTS / f"{name}.sql").read_text(encoding="utf-8")
     mask = (SCRIPTS / "mask_columns.sql").read_text(encoding="utf-8").rstrip()

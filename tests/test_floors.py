@@ -20,6 +20,7 @@ FLOOR = {
     "evaluation": 2,
     "export": 2,
     "doctor": 2,
+    "found": 2,
     "store": 1,
     "models": 1,
 }
@@ -43,6 +44,7 @@ ORDER_ON_FLOOR_2 = [
     "evaluation",
     "export",
     "doctor",
+    "found",
 ]
 
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Query, Request, Response
 
 from reviewer.app import messages as m
 from reviewer.app.details import choose_run, pair_detail
 from reviewer.editing.proposals import Source, list_proposals
 from reviewer.editing.relabel import Relabelling
 from reviewer.errors import NotFound
+from reviewer.found.thumbnails import draw_thumbnail
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.records import Run
 from reviewer.store.database import Store
+from reviewer.store.finds import find_of_region
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import list_doubtful
 from reviewer.store.reviews import annotator_id
@@ -75,6 +77,17 @@ def build_proposing(store: Store) -> APIRouter:
             )
             for region in list_doubtful(store, chosen.id, high, limit)
         ]
+
+    @router.get(
+        "/found/{region_id}.jpg",
+        response_class=Response,
+        responses={200: {"content": {"image/jpeg": {}}}},
+    )
+    def get_thumbnail(region_id: m.Id) -> Response:
+        """A small picture of something that was found."""
+        picture = draw_thumbnail(store, find_of_region(store, region_id))
+        headers = {"Cache-Control": "private, max-age=3600"}
+        return Response(picture, media_type="image/jpeg", headers=headers)
 
     def _run(name: str | None) -> Run:
         chosen = choose_run(store, name)

@@ -16,11 +16,12 @@ import viser
 from viser import _messages as viser_messages
 
 from reviewer.app.desks import Desk, Desks
+from reviewer.app.found_panel import FoundPanel
 from reviewer.app.map_panel import MapPanel
 from reviewer.app.queue_panel import QueuePanel
 
 ACCENT = (20, 130, 140)
-QUEUE_WIDTH = 250
+QUEUE_WIDTH = 276
 WORKBENCH_SHARE = 0.62
 
 
@@ -76,7 +77,7 @@ def _drawer(
     client: viser.ClientHandle, desk: Desk, workbench: viser.PanelHandle
 ) -> Callable[[str], None]:
     """Return the function that redraws a client after a change of its desk."""
-    panels: list[tuple[QueuePanel, MapPanel]] = []
+    panels: list[tuple[QueuePanel, MapPanel, FoundPanel]] = []
 
     def draw(what: str) -> None:
         with desk.lock:
@@ -89,10 +90,13 @@ def _drawer(
                 queue = QueuePanel(client, desk)
                 queue.panel.dock_left()
                 queue.panel.set_width(QUEUE_WIDTH)
-                panels.append((queue, MapPanel(client, desk)))
-            for queue, scene in panels:
+                found = FoundPanel(client, desk, queue.panel)
+                panels.append((queue, MapPanel(client, desk), found))
+            for queue, scene, found in panels:
                 queue.draw(follow=what != "change")
                 scene.draw()
+                if what != "pair":
+                    found.draw()
             client.flush()
 
     return draw

@@ -13,6 +13,7 @@ import typer
 from reviewer.cli import (  # noqa: F401
     checkpoints,
     data,
+    found,
     machine,
     pipeline,
     runs,

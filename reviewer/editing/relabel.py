@@ -47,7 +47,7 @@ class Relabelling:
         verdicts = count_verdicts(self._store, run.id, pair.id)
         if reads and verdicts:
             raise Conflict(
-                f"pair {pair.title}: people gave {verdicts} verdicts on its regions in run"
+                f"pair {pair.title}: people gave {verdicts} verdicts or names to its regions in run"
                 f" {run.name}, which another search would replace; edit it in a run of its own"
             )
         with self._turn:

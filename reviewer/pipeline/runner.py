@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import count
 
 from reviewer.errors import Conflict
 from reviewer.models.registry import segmenter_reads
@@ -62,13 +64,14 @@ def prepare_run(
     """Open the run of these settings, made if it is new.
 
     What is recorded are the settings in force: the members' defaults too, so that a later version
-    with other defaults still knows what this run did.
+    with other defaults still knows what this run did. Without a name the run is called after its
+    members, with a number where that name has other settings.
 
     Args:
         members: the models of these settings, where they are built already.
 
     Raises:
-        Conflict: when a run of that name has other settings.
+        Conflict: when a run of the given name has other settings.
         InvalidInput: when a member is unknown.
     """
     built = members or build_members(settings)
@@ -79,8 +82,13 @@ def prepare_run(
         "detector": settings.detector,
         "segmenter": settings.segmenter,
     }
-    chosen = name or settings.default_name()
-    return runs.open_run(store, chosen, names, settings.record(), current_versions())
+    if name is not None:
+        return runs.open_run(store, name, names, settings.record(), current_versions())
+    for number in count(1):
+        chosen = settings.default_name() + (f"-{number}" if number > 1 else "")
+        with suppress(Conflict):
+            return runs.open_run(store, chosen, names, settings.record(), current_versions())
+    raise AssertionError("numbers do not end")
 
 
 def run_pipeline(

@@ -17,8 +17,10 @@ from reviewer.store.revisions import rle_of_row
 REGIONS = """
 SELECT g.*, d.verdict, d.annotator, d.labels FROM regions g
 JOIN doi_decisions d ON d.region_id = g.id WHERE g.run_id = ? AND g.pair_id = ?"""
+# What people said of regions, which other regions would leave behind: verdicts and names.
 VERDICTS = """
-SELECT count(*) AS verdicts, min(r.name) AS run FROM audits a
+SELECT count(*) AS verdicts, min(r.name) AS run
+FROM (SELECT region_id FROM audits UNION ALL SELECT region_id FROM found_names) a
 JOIN regions g ON g.id = a.region_id JOIN runs r ON r.id = g.run_id
 WHERE g.run_id = ? AND g.pair_id = ?"""
 
@@ -57,7 +59,7 @@ def put_integration(
 
 
 def count_verdicts(store: Store, run_id: int, pair_id: int) -> int:
-    """Return how many verdicts people gave on a pair's regions in a run."""
+    """Return how many verdicts and names people gave to a pair's regions in a run."""
     row = store.read().execute(VERDICTS, [run_id, pair_id]).fetchone()
     return int(row["verdicts"])
 
@@ -66,7 +68,7 @@ def _refuse_if_judged(db: sqlite3.Connection, run_id: int, pair_id: int) -> None
     row = db.execute(VERDICTS, [run_id, pair_id]).fetchone()
     if row["verdicts"]:
         raise Conflict(
-            f"pair {pair_id}: people gave {row['verdicts']} verdicts on its regions in run"
+            f"pair {pair_id}: people gave {row['verdicts']} verdicts or names to its regions in run"
             f" {row['run']}, and these would be others now; give the new settings a run of"
             " their own with --name"
         )

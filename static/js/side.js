@@ -103,6 +103,7 @@ export class Side {
     $("proposal-note").textContent = note;
     $("proposal-note").hidden = !note;
     $("labels").hidden = state.blind || !(pair.reads_labels || pair.labels.length);
+    $("label-use").textContent = pair.reads_labels ? "searched for on both images" : "of what changed";
     drawLabels($("label-list"), pair.labels, (number, label) => this.on.attempt(this.relabel(number, label)));
     $("scores").hidden = state.blind;
     drawScores($("scores"), pair.scores);
@@ -112,7 +113,7 @@ export class Side {
   async relabel(number, label) {
     const { pair } = this.state;
     if (!pair) return;
-    waiting(`searching ${label || "nothing"}…`);
+    waiting(pair.reads_labels ? `searching ${label || "nothing"}…` : "saving…");
     try {
       this.desk.accept(await api.label(pair.id, pair.run, number, label));
     } catch (error) {

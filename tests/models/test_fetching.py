@@ -117,5 +117,5 @@ def test_a_single_file_that_changed_here_is_noticed(single):
 def test_names_are_unique_and_unknown_ones_are_told_what_there_is():
     assert len({preset.name for preset in PRESETS}) == len(PRESETS)
     assert all(preset.licence and preset.use for preset in PRESETS)
-    with pytest.raises(InvalidInput, match="nor a name; sam2-tiny"):
+    with pytest.raises(InvalidInput, match="there are sam2-tiny"):
         preset_of_name("sam9")

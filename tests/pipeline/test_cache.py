@@ -194,7 +194,7 @@ def test_verdicts_are_not_lost_to_another_search(db, tiny_split, named):
     give_verdict(db, region.id, ada, "reject", "a shadow")
     edit_label(db, run.id, pair.id, 0, "", ada)
     _, report, _ = do(db, settings, "r", members)
-    assert "people gave 1 verdicts on its regions" in report.failures[0]
+    assert "people gave 1 verdicts or names to its regions" in report.failures[0]
     assert load_regions(db, run.id, pair.id)[0].verdict == "reject"
     with pytest.raises(Conflict, match="holds 1 verdicts"):
         delete_run(db, "r")

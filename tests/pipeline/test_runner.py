@@ -116,6 +116,13 @@ def test_a_run_records_every_setting_in_force(db, run):
     assert recorded["high"] == 0.9
 
 
+def test_without_a_name_other_settings_get_a_number(db, run):
+    other = prepare_run(db, None, PipelineSettings(high=0.8))
+    assert other.name == f"{run.name}-2"
+    assert prepare_run(db, None, PipelineSettings(high=0.8)).id == other.id
+    assert prepare_run(db, None, PipelineSettings()).id == run.id
+
+
 def test_a_name_with_other_settings_is_a_conflict(db, run):
     with pytest.raises(Conflict, match="exists with another high"):
         prepare_run(db, run.name, PipelineSettings(high=0.8))

@@ -31,10 +31,12 @@ from reviewer.models.device import (
     choose_precision,
     sampled_fingerprint,
 )
+from reviewer.models.fetching import find_fetched
 from reviewer.models.hub import load_beside, load_pretrained
 from reviewer.models.interfaces import Field, Image, ModelFailed, Said
 from reviewer.models.labellers.alpha import AlphaBranch, alpha_of_mask
 from reviewer.models.labellers.phrases import PROMPT, STOP_LIST, parse_label
+from reviewer.models.presets import preset_of_name
 
 INSTEAD = "use --labeller vocabulary:FILE.json, which needs no weights"
 # CLIP's, in whose colours LLaVA's vision tower sees.
@@ -175,17 +177,20 @@ class LlavaAlphaLabeller(LlavaLabeller):
     """Asks LLaVA about the whole picture, with the change as Alpha-CLIP's fourth channel.
 
     Attributes:
-        alpha: checkpoint of Alpha-CLIP's vision tower, as its authors publish it (CLIP-L/14@336).
+        alpha: checkpoint of Alpha-CLIP's vision tower, as its authors publish it (CLIP-L/14@336);
+            by default the one that was fetched.
     """
 
     alpha: str = ""
 
     def _prepare(self) -> None:
-        if not self.alpha:
+        fetched = find_fetched(preset_of_name("alpha-clip"))
+        if not self.alpha and fetched is None:
             raise InvalidInput(
-                "labeller llava-alpha: needs Alpha-CLIP's weights, --labeller llava-alpha:FILE.pth;"
-                " `reviewer models list` says where they are"
+                "labeller llava-alpha: needs Alpha-CLIP's weights; `reviewer models fetch"
+                " alpha-clip` brings them, or name yours, --labeller llava-alpha:FILE.pth"
             )
+        self.alpha = self.alpha or str(fetched)
         self._branch = AlphaBranch(self._net.model.vision_tower)
         self._branch.load(Path(self.alpha), f"--labeller llava-alpha:{self.alpha}")
 

@@ -28,7 +28,7 @@ function row(number, label, said, edit) {
   field.value = field.defaultValue = label;
   field.maxLength = 80;
   field.dataset.number = String(number);
-  field.placeholder = said ? "nothing is searched" : "one more name…";
+  field.placeholder = said ? "no name" : "one more name…";
   field.setAttribute("aria-label", said ? `Name ${number + 1} of what changed` : "One more name of what changed");
   field.spellcheck = false;
   field.onkeydown = (event) => {

@@ -172,6 +172,14 @@ def test_its_settings_say_which_weights_it_has(folder, alpha):
         llava(folder, weights="0" * 12)
 
 
+def test_fetched_weights_are_found(folder, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    path = tmp_path / "reviewer" / "weights" / "clip_l14_336_grit_20m_4xe.pth"
+    path.parent.mkdir(parents=True)
+    write_alpha_clip(path)
+    assert settings_of(with_alpha(folder, ""))["alpha"] == str(path)
+
+
 @pytest.mark.parametrize(
     ("file", "message"),
     [(None, "needs Alpha-CLIP's weights"),
@@ -179,7 +187,8 @@ def test_its_settings_say_which_weights_it_has(folder, alpha):
      ("text.pth", "is no Alpha-CLIP checkpoint"),
      ("other.pth", "is no Alpha-CLIP checkpoint")],
 )  # fmt: skip
-def test_weights_that_are_no_alpha_clip_are_refused(folder, tmp_path, file, message):
+def test_weights_that_are_no_alpha_clip_are_refused(folder, tmp_path, monkeypatch, file, message):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     (tmp_path / "text.pth").write_text("no weights")
     torch.save({"layer.weight": torch.zeros(3)}, tmp_path / "other.pth")
     with pytest.raises(InvalidInput, match=message):

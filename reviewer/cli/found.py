@@ -1,0 +1,61 @@
+"""`found`: the lost-and-found list of a run."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table
+from reviewer.errors import NotFound
+
+FoundFormat = Literal["table", "csv", "html"]
+
+
+@app.command()
+def found(
+    search: Annotated[list[str] | None, typer.Argument(help="Words that must all occur.")] = None,
+    run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
+    every: Annotated[
+        bool, typer.Option("--every", help="Also changes without an object for them.")
+    ] = False,
+    format: Annotated[FoundFormat, typer.Option(help="How to write it.")] = "table",
+    output: Annotated[Path | None, typer.Option(help="File; else the terminal.")] = None,
+    db: Database = DEFAULT_DB,
+) -> None:
+    """List what was found: name, pair, place, time, DoI, verdict."""
+    from reviewer.found.listing import list_items
+    from reviewer.found.page import found_page
+    from reviewer.store.runs import list_runs, run_of_name
+
+    with open_store(db) as store:
+        known = list_runs(store)
+        if not known:
+            raise NotFound("there is no run yet; `reviewer run` makes one")
+        chosen = run_of_name(store, run) if run else known[-1]
+        items = list_items(store, chosen.id, " ".join(search or []), kept=every)
+        page = found_page(store, chosen.name, items) if format == "html" else ""
+    rows = [item.row() for item in items]
+    if format == "html":
+        _write(page, output)
+    elif format == "csv":
+        buffer = io.StringIO()
+        columns = ("name", "pair", "seen from", "when", "DoI", "verdict")
+        writer = csv.DictWriter(buffer, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        _write(buffer.getvalue(), output)
+    else:
+        print_table(rows, title=f"found by run {chosen.name}")
+    if output and format != "table":
+        typer.echo(f"{len(rows)} things in {output}")
+
+
+def _write(text: str, output: Path | None) -> None:
+    if output is None:
+        typer.echo(text, nl=False)
+    else:
+        output.write_text(text, encoding="utf-8")

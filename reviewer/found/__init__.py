@@ -1,0 +1,1 @@
+"""Lost and found: what the runs found, under names, as a list that people search."""
