@@ -154,17 +154,55 @@ def integrate(
     for name, masks in (("live object", live_objects), ("reference object", reference_objects)):
         for index, mask in enumerate(masks):
             _check(f"{name} {index}", mask, shape)
+    reference = np.zeros(shape, np.bool_)
+    for crop in map(crop_to_box, reference_objects):
+        if crop is not None:
+            crop.window(reference)[...] |= crop.pixels
+    return integrate_crops(
+        change,
+        [crop_to_box(mask) for mask in live_objects],
+        reference,
+        scope=scope,
+        valid=valid,
+        low=low,
+        high=high,
+        max_overlap_px=max_overlap_px,
+        overlaps=overlaps,
+        touching_only=touching_only,
+    )
+
+
+def integrate_crops(
+    change: Mask,
+    live_objects: Sequence[Crop | None],
+    reference: Mask,
+    *,
+    scope: Scope = "component",
+    valid: Mask | None = None,
+    low: float = LOW,
+    high: float = HIGH,
+    max_overlap_px: int = 0,
+    overlaps: Overlaps = "best",
+    touching_only: bool = False,
+) -> Integration:
+    """Do what `integrate` does, for objects that are cut out already.
+
+    Args:
+        live_objects: instances of O_l; None for an empty one, which keeps its number.
+        reference: O_r, bool (H, W), all instances together.
+
+    Raises:
+        InvalidInput: as `integrate`.
+    """
+    shape = as_mask(change, name="M_o").shape
+    _check("O_r", reference, shape)
     if valid is not None:
         _check("valid warp", valid, shape)
     if scope not in ("image", "component") or overlaps not in ("best", "all"):
         raise InvalidInput(f"DoI settings: unknown scope {scope!r} or overlaps {overlaps!r}")
     decide(0.0, low=low, high=high)
-    reference = np.zeros(shape, np.bool_)
-    for crop in map(crop_to_box, reference_objects):
-        if crop is not None:
-            crop.window(reference)[...] |= crop.pixels
     labels, parts = components(change)
-    objects = {i: crop for i, m in enumerate(live_objects) if (crop := crop_to_box(m)) is not None}
+    objects = {i: crop for i, crop in enumerate(live_objects) if crop is not None}
     pair = _Pair(change, labels, parts, objects, reference, valid, low, high, max_overlap_px)
     if scope == "image":
         used = [i for i in objects if not touching_only or pair.touched_by(i)]

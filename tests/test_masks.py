@@ -17,6 +17,7 @@ from reviewer.masks import (
     as_mask,
     boundary,
     components,
+    crop_of_rle,
     crop_to_box,
     decode_png,
     decode_rle,
@@ -26,6 +27,7 @@ from reviewer.masks import (
     fill_holes,
     intersection_over_union,
     keep_touched,
+    merge_rles,
     read_rle,
     union,
 )
@@ -40,6 +42,23 @@ def test_run_lengths_round_trip(mask):
     assert (decode_rle(rle) == mask).all()
     assert rle.area == mask.sum()
     assert read_rle(rle.height, rle.width, rle.counts) == rle
+
+
+@given(any_mask)
+def test_run_lengths_decoded_in_their_box_are_the_cut_out_mask(mask):
+    found, wanted = crop_of_rle(encode_rle(mask)), crop_to_box(mask)
+    if wanted is None:
+        assert found is None
+        return
+    assert (found.x, found.y, found.area) == (wanted.x, wanted.y, wanted.area)
+    np.testing.assert_array_equal(found.pixels, wanted.pixels)
+
+
+@given(arrays(np.bool_, (3, 9, 13)))
+def test_merged_run_lengths_are_the_union(masks):
+    merged = merge_rles([encode_rle(mask) for mask in masks], 9, 13)
+    np.testing.assert_array_equal(merged, masks.any(axis=0))
+    assert not merge_rles([], 9, 13).any()
 
 
 @given(any_mask)

@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from reviewer.dataset.files import read_rgb
-from reviewer.doi import integrate
+from reviewer.doi import integrate_crops
 from reviewer.errors import NotFound, ReviewerError
-from reviewer.masks import Mask, decode_rle, encode_rle
+from reviewer.masks import Mask, crop_of_rle, decode_rle, encode_rle, merge_rles
 from reviewer.models.interfaces import Image, Instance, ModelFailed, PairView
 from reviewer.models.registry import segmenter_reads
 from reviewer.models.warping import warp_image
@@ -203,10 +203,12 @@ class Bench:
                 f"pair {self._pair.title}: objects were not searched; do the stage search first"
             )
         alignment, settings = self._known.alignment, self._settings
-        result = integrate(
-            decode_rle(detection.mask),
-            [decode_rle(thing.mask) for thing in objects if thing.side == "live"],
-            [decode_rle(thing.mask) for thing in objects if thing.side == "reference"],
+        change = detection.mask
+        past = [thing.mask for thing in objects if thing.side == "reference"]
+        result = integrate_crops(
+            decode_rle(change),
+            [crop_of_rle(thing.mask) for thing in objects if thing.side == "live"],
+            merge_rles(past, change.height, change.width),
             scope=settings.scope,
             valid=decode_rle(alignment.valid) if alignment else None,
             low=settings.low,
@@ -215,7 +217,7 @@ class Bench:
             overlaps=settings.overlaps,
             touching_only=settings.touching_only,
         )
-        return StoredIntegration(result.regions, detection.mask, encode_rle(result.mask))
+        return StoredIntegration(result.regions, change, encode_rle(result.mask))
 
 
 def _object(side: Side, number: int, thing: Instance, shape: tuple[int, ...]) -> ObjectInstance:
