@@ -19,15 +19,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import cv2
+import numpy as np
 from core import crowded_pair, import_all, repeat_split, seconds
 
 from reviewer.dataset.demo.world import SplitPlan, render_split
 from reviewer.masks import encode_rle
-from reviewer.models.interfaces import Alignment
+from reviewer.models.interfaces import Alignment, Image
 from reviewer.models.labellers.plain import NoLabeller
 from reviewer.pipeline.members import Members, build_members
 from reviewer.pipeline.plan import STAGE_VERSIONS
-from reviewer.pipeline.runner import prepare_run, run_pipeline
+from reviewer.pipeline.runner import RunReport, prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.pipeline.work import Known, PairTask, PairWorker
 from reviewer.records import ObjectInstance
@@ -108,7 +109,7 @@ def memory_growth(folder: Path, count: int = 10_000) -> dict[str, float]:
         still = replace(members, aligner=Still())
         run = prepare_run(store, "many", settings, members)
 
-        def note(report) -> None:
+        def note(report: RunReport) -> None:
             if report.done in (count // 10, count):
                 seen.append(resident_mib())
 
@@ -127,10 +128,8 @@ def memory_growth(folder: Path, count: int = 10_000) -> dict[str, float]:
 class Still:
     """An aligner for pictures that are too small for features: nothing has moved."""
 
-    def align(self, reference, live) -> Alignment:
+    def align(self, reference: Image, live: Image) -> Alignment:
         """Return no motion."""
-        import numpy as np
-
         shape = live.shape[:2]
         return Alignment(np.zeros((*shape, 2), np.float32), np.ones(shape, bool))
 

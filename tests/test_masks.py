@@ -54,6 +54,18 @@ def test_run_lengths_decoded_in_their_box_are_the_cut_out_mask(mask):
     np.testing.assert_array_equal(found.pixels, wanted.pixels)
 
 
+@given(any_mask)
+def test_components_have_the_boxes_and_areas_that_opencv_tells(mask):
+    labels, crops = components(mask)
+    count, wanted, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
+    assert len(crops) == count - 1
+    found = {(c.x, c.y, c.pixels.shape[1], c.pixels.shape[0], c.area) for c in crops}
+    assert found == {tuple(int(v) for v in row) for row in stats[1:]}
+    for number, crop in enumerate(crops, start=1):
+        np.testing.assert_array_equal(crop.pixels, crop.window(labels) == number)
+    assert ((labels > 0) == (wanted > 0)).all()
+
+
 @given(arrays(np.bool_, (3, 9, 13)))
 def test_merged_run_lengths_are_the_union(masks):
     merged = merge_rles([encode_rle(mask) for mask in masks], 9, 13)

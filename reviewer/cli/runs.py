@@ -22,9 +22,11 @@ AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 def list_(as_json: AsJson = False, db: Database = DEFAULT_DB) -> None:
     """List runs: members, pairs done and failed, mean F without and with DoI."""
     from reviewer.evaluation.comparing import mean_scores
+    from reviewer.evaluation.counting import refresh_counts
     from reviewer.store.runs import list_runs, run_summary
 
     with open_store(db) as store:
+        refresh_counts(store)
         rows: list[dict[str, Any]] = []
         for run in list_runs(store):
             stages = {stage.stage: stage for stage in run_summary(store, run.id)}
