@@ -6,12 +6,14 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import pytest
-from fakes import FakeClicks
+from fakes import FakeClicks, NamedObjects
 from scenes import write_split
 
 from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.editing.clicks import Clicks
 from reviewer.models.embeddings import EmbeddingCache
+from reviewer.models.registry import SEGMENTER_READS, SEGMENTERS
+from reviewer.pipeline.members import build_members
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.database import Store
@@ -58,3 +60,22 @@ def clicks(db, segmenter):
     clicks = Clicks(db, EmbeddingCache(segmenter, None))
     yield clicks
     clicks.stop()
+
+
+@pytest.fixture
+def make_named_run(monkeypatch):
+    """Make a finished run whose segmenter reads labels: a vocabulary of words."""
+    monkeypatch.setitem(SEGMENTERS, "named", NamedObjects)
+    monkeypatch.setitem(SEGMENTER_READS, "named", frozenset({"labels"}))
+    monkeypatch.setattr("reviewer.pipeline.members.settings_of", lambda member: {})
+
+    def make(store, *words):
+        own = {"label": {"words": {"*": list(words)}}}
+        settings = PipelineSettings(labeller="vocabulary", segmenter="named", model_settings=own)
+        members = build_members(settings)
+        run = prepare_run(store, "named", settings, members)
+        run_pipeline(store, run, pair_ids(store), members=members)
+        NamedObjects.built = 0
+        return run
+
+    return make

@@ -4,7 +4,7 @@ from threading import Event
 
 import numpy as np
 
-from reviewer.models.interfaces import Candidate
+from reviewer.models.interfaces import Candidate, Instance, ModelFailed, Objects
 
 
 class FakeClicks:
@@ -37,3 +37,22 @@ class FakeClicks:
             x0, y0, x1, y1 = (int(v) for v in prompt.box_xyxy)
             mask[y0:y1, x0:x1] = True
         return [Candidate(mask, self.score), Candidate(~mask, self.score / 2)]
+
+
+class NamedObjects:
+    """A segmenter that finds one object a label, and none for "unfindable"."""
+
+    built = 0
+
+    def __init__(self):
+        NamedObjects.built += 1
+
+    def segment(self, view):
+        if "unfindable" in view.labels:
+            raise ModelFailed("segmenter named: the net is out of order")
+        found = []
+        for k, label in enumerate(view.labels):
+            mask = np.zeros_like(view.valid)
+            mask[40:60, 50 + 5 * k : 75] = True
+            found.append(Instance(mask, label, 0.5))
+        return Objects(tuple(found), ())

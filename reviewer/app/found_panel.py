@@ -11,6 +11,7 @@ from typing import Any
 import viser
 
 from reviewer.app.desks import Desk
+from reviewer.errors import NotFound
 from reviewer.found.listing import Item, list_items
 from reviewer.found.names import UNNAMED
 from reviewer.store.finds import name_finds
@@ -31,7 +32,7 @@ class FoundPanel:
         with panel.add_tab("Found", viser.Icon.SEARCH):
             self._search = gui.add_text("Search", "", hint="Words of names, pairs, verdicts")
             self._summary = gui.add_html("")
-            self._slots = [self._slot(gui, place) for place in range(ROWS)]
+            self._slots = [self._slot(client, place) for place in range(ROWS)]
             pages = gui.add_button_group("Page", ("‹", "›"))
 
         @self._search.on_update
@@ -45,8 +46,9 @@ class FoundPanel:
             self.draw()
 
     def _slot(
-        self, gui: viser.GuiApi, place: int
+        self, client: viser.ClientHandle, place: int
     ) -> tuple[viser.GuiHtmlHandle, viser.GuiTextHandle, viser.GuiButtonHandle]:
+        gui = client.gui
         card = gui.add_html("", visible=False)
         name = gui.add_text("Name", "", visible=False, hint="Changes all of this name in the list")
         button = gui.add_button("Open", visible=False)
@@ -64,7 +66,10 @@ class FoundPanel:
             if self._filling or item is None or text == item.name:
                 return
             alike = [other.find.region_id for other in self._items if other.name == item.name]
-            name_finds(self._desk.store, alike, text, self._desk.annotator_id)
+            try:
+                name_finds(self._desk.store, alike, text, self._desk.annotator_id)
+            except NotFound as error:
+                client.add_notification("Not renamed", str(error), color="red")
             self.draw()
 
         return card, name, button

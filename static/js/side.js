@@ -116,6 +116,7 @@ export class Side {
     waiting(pair.reads_labels ? `searching ${label || "nothing"}…` : "saving…");
     try {
       this.desk.accept(await api.label(pair.id, pair.run, number, label));
+      this.desk.on.changed();
     } catch (error) {
       await this.desk.refresh();
       throw error;

@@ -1,15 +1,9 @@
 """Proposals, the audit queue and single revisions over HTTP."""
 
-import numpy as np
 import pytest
+from fakes import NamedObjects
 
 from reviewer.masks import decode_rle, read_rle
-from reviewer.models.interfaces import Instance, ModelFailed, Objects
-from reviewer.models.registry import SEGMENTER_READS, SEGMENTERS
-from reviewer.pipeline.members import build_members
-from reviewer.pipeline.runner import prepare_run, run_pipeline
-from reviewer.pipeline.settings import PipelineSettings
-from reviewer.store.pairs import pair_ids
 
 
 def test_proposals_come_with_their_pixels(client, run):
@@ -53,41 +47,9 @@ def test_one_revision_can_be_read(client, run):
     assert client.get("/api/pairs/1/revisions/2").status_code == 404
 
 
-class Named:
-    """A segmenter that finds one object a label, on the live image."""
-
-    built = 0
-
-    def __init__(self):
-        Named.built += 1
-
-    def segment(self, view):
-        if "unfindable" in view.labels:
-            raise ModelFailed("segmenter named: the net is out of order")
-        found = []
-        for k, label in enumerate(view.labels):
-            mask = np.zeros_like(view.valid)
-            mask[40:60, 50 + 5 * k : 75] = True
-            found.append(Instance(mask, label, 0.5))
-        return Objects(tuple(found), ())
-
-
 @pytest.fixture
-def named(db, tiny_split, monkeypatch):
-    """A run whose segmenter reads labels: a vocabulary of one word."""
-    monkeypatch.setitem(SEGMENTERS, "named", Named)
-    monkeypatch.setitem(SEGMENTER_READS, "named", frozenset({"labels"}))
-    monkeypatch.setattr("reviewer.pipeline.members.settings_of", lambda member: {})
-    settings = PipelineSettings(
-        labeller="vocabulary",
-        segmenter="named",
-        model_settings={"label": {"words": {"*": ["pen"]}}},
-    )
-    members = build_members(settings)
-    run = prepare_run(db, "named", settings, members)
-    run_pipeline(db, run, pair_ids(db), members=members)
-    Named.built = 0
-    return run
+def named(db, tiny_split, make_named_run):
+    return make_named_run(db, "pen")
 
 
 def relabel(client, number, label, pair=1):
@@ -117,7 +79,7 @@ def test_an_edited_label_searches_that_pair_again(client, named):
     assert client.get("/api/pairs/2", params={"run": "named"}).json() == other
     two = relabel(client, 1, "pen").json()
     assert {region["label"] for region in two["regions"]} == {"red wallet", "pen"}
-    assert Named.built == 1
+    assert NamedObjects.built == 1
 
 
 def test_a_label_that_cannot_be_searched_is_kept_and_says_so(client, named):

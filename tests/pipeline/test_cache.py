@@ -4,10 +4,10 @@ import sqlite3
 from dataclasses import replace
 
 import pytest
+from fakes import NamedObjects
 
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import Conflict, NotFound
-from reviewer.models.interfaces import Instance, Objects
 from reviewer.models.labellers.plain import VocabularyLabeller
 from reviewer.models.registry import SEGMENTER_READS, SEGMENTERS
 from reviewer.pipeline.members import Members, build_members
@@ -41,18 +41,6 @@ class Counting:
         return counted
 
 
-class Named:
-    """A segmenter that finds one object a label."""
-
-    def segment(self, view):
-        found = []
-        for k, label in enumerate(view.labels):
-            mask = view.valid & False
-            mask[40:60, 50 + 5 * k : 75] = True
-            found.append(Instance(mask, label, 0.5))
-        return Objects(tuple(found), ())
-
-
 def counting(members: Members) -> Members:
     return Members(
         Counting(members.aligner),
@@ -78,7 +66,7 @@ def do(db, settings, name=None, members=None):
 @pytest.fixture
 def named(monkeypatch):
     """Settings and members of a run whose segmenter reads labels."""
-    monkeypatch.setitem(SEGMENTERS, "named", Named)
+    monkeypatch.setitem(SEGMENTERS, "named", NamedObjects)
     monkeypatch.setitem(SEGMENTER_READS, "named", frozenset({"labels"}))
     settings = PipelineSettings(
         labeller="vocabulary",
@@ -88,7 +76,7 @@ def named(monkeypatch):
     members = replace(
         build_members(PipelineSettings()),
         labeller=VocabularyLabeller({"cs1": ["pen", "cup"]}),
-        segmenter=Named(),
+        segmenter=NamedObjects(),
     )
     monkeypatch.setattr("reviewer.pipeline.members.settings_of", lambda member: {})
     return settings, members
