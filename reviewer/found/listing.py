@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from reviewer.found.names import merge_name
+from reviewer.found.names import UNNAMED, merge_name
 from reviewer.store.database import Store
 from reviewer.store.finds import Find, list_finds
 
@@ -64,7 +64,7 @@ class Item:
 
 
 def list_items(store: Store, run_id: int, search: str = "", *, kept: bool = False) -> list[Item]:
-    """Return what was found, the most frequent names first.
+    """Return what was found, the most frequent names first, what has none last.
 
     Args:
         search: words that name, pair, place or verdict must all hold.
@@ -77,7 +77,7 @@ def list_items(store: Store, run_id: int, search: str = "", *, kept: bool = Fals
     words = search.lower().split()
     items = [item for item in items if _holds(item, words)]
     often = Counter(item.name for item in items)
-    return sorted(items, key=lambda item: (-often[item.name], item.name))
+    return sorted(items, key=lambda i: (i.name == UNNAMED, -often[i.name], i.name))
 
 
 def _holds(item: Item, words: Sequence[str]) -> bool:

@@ -7,6 +7,7 @@ import html
 from collections.abc import Sequence
 
 from reviewer.found.listing import Item
+from reviewer.found.names import UNNAMED
 from reviewer.found.thumbnails import draw_thumbnail
 from reviewer.store.database import Store
 
@@ -37,14 +38,17 @@ field.oninput = () => {
 
 def found_page(store: Store, run: str, items: Sequence[Item]) -> str:
     """Return the page of a list; pictures are read from the images of the database."""
-    names = len({item.name for item in items})
+    names = {item.name for item in items} - {UNNAMED}
+    counted = (
+        f"{len(items)} thing{'s' * (len(items) != 1)}, {len(names)} name{'s' * (len(names) != 1)}"
+    )
     cards = "\n".join(_card(store, item) for item in items) or "<li><div>nothing</div></li>"
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>Lost and found · {html.escape(run)}</title><style>{STYLE}</style></head>
 <body><h1>Lost and found</h1>
-<p>{len(items)} things under {names} names, found by run {html.escape(run)}</p>
+<p>{counted}, found by run {html.escape(run)}</p>
 <input type="search" placeholder="Search names, splits, verdicts…" aria-label="Search">
 <ul>
 {cards}

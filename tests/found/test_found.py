@@ -121,7 +121,7 @@ def test_the_command_writes_a_table_csv_and_a_page_of_its_own(db, labelled, tmp_
     assert "2 things in" in done.output
     text = page.read_text()
     assert text.count("data:image/jpeg;base64,") == 2 and 'src="http' not in text
-    assert "2 things under 1 names" in text and "DoI 0." in text
+    assert "2 things, 1 name, found by run" in text and "DoI 0." in text
 
 
 def test_names_are_text_in_the_page_not_markup(db, labelled, tmp_path):
