@@ -205,6 +205,15 @@ def test_the_pages_made_from_the_code_are_up_to_date():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_without_a_terminal_progress_is_a_line_now_and_then(folder, monkeypatch):
+    monkeypatch.setattr("reviewer.cli.options.LOG_EVERY_S", 0.0)
+    call("import", "data")
+    ran = call("run", "--name", "x", "--workers", "1")
+    lines = [line for line in ran.stderr.splitlines() if line.startswith("x: ")]
+    assert len(lines) == 3 and " of 3, all, " in lines[0]
+    assert "pairs/s" in lines[0] and lines[-1].endswith("0 min left")
+
+
 def test_runs_are_listed_shown_compared_and_deleted(folder):
     call("import", "data")
     call("run", "--name", "a", "--workers", "1")

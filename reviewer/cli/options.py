@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -26,6 +28,7 @@ Database = Annotated[
 ]
 Splits = Annotated[list[str] | None, typer.Option("--split", help="Only these splits; repeatable.")]
 DEFAULT_DB = Path("reviewer.db")
+LOG_EVERY_S = 60.0
 
 FormatName = Literal["table", "json", "csv", "markdown"]
 
@@ -39,7 +42,11 @@ def open_store(path: Path, *, create: bool = False) -> Store:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Any]:
-    """A progress bar on the terminal: call it with (done, total, what)."""
+    """A progress bar on the terminal: call it with (done, total, what).
+
+    Where there is no terminal (a log, a job's output) it writes a line a minute instead.
+    """
+    from rich.console import Console
     from rich.progress import (
         BarColumn,
         MofNCompleteColumn,
@@ -48,19 +55,37 @@ def progress_bar(title: str) -> Iterator[Any]:
         TimeRemainingColumn,
     )
 
+    if not sys.stderr.isatty():
+        yield _minute_lines(title)
+        return
     columns = (
         TextColumn(f"{title} {{task.description}}"),
         BarColumn(),
         MofNCompleteColumn(),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, transient=True) as progress:
+    with Progress(*columns, transient=True, console=Console(stderr=True)) as progress:
         task = progress.add_task("", total=None)
 
         def advance(done: int, total: int, what: str) -> None:
             progress.update(task, completed=done, total=total, description=what)
 
         yield advance
+
+
+def _minute_lines(title: str) -> Callable[[int, int | None, str], None]:
+    began = last = time.monotonic()
+
+    def advance(done: int, total: int | None, what: str) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if now - last < LOG_EVERY_S or not done:
+            return
+        last = now
+        left = f", {(total - done) * (now - began) / done / 60:.0f} min left" if total else ""
+        typer.echo(f"{title}: {done} of {total or '?'}, {what}{left}", err=True)
+
+    return advance
 
 
 def print_table(rows: Sequence[Mapping[str, Any]], title: str = "") -> None:

@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import httpx
 from huggingface_hub import HfApi, hf_hub_download, snapshot_download
@@ -21,6 +22,7 @@ from huggingface_hub.errors import (
     RepositoryNotFoundError,
 )
 from huggingface_hub.hf_api import ModelInfo, RepoSibling
+from tqdm import tqdm
 
 from reviewer.errors import InvalidInput, NotFound, ReviewerError
 from reviewer.models.embeddings import cache_folder
@@ -100,7 +102,10 @@ def _fetch_model(preset: Preset, progress: Progress, endpoint: str | None) -> Fe
     place: Path | None = None
     for file in wanted:
         progress(done, total, file.rfilename)
-        path = Path(hf_hub_download(preset.source, file.rfilename, endpoint=endpoint))
+        report = _reporting(progress, done, total, file.rfilename)
+        path = Path(
+            hf_hub_download(preset.source, file.rfilename, endpoint=endpoint, tqdm_class=report)
+        )
         _check_file(preset, path, file)
         done += file.size or 0
         place = path.parents[file.rfilename.count("/")]
@@ -108,6 +113,23 @@ def _fetch_model(preset: Preset, progress: Progress, endpoint: str | None) -> Fe
     if place is None:
         raise InvalidInput(f"model {preset.name}: {preset.source} holds no weights to load")
     return Fetched(place, total, _licence(info) or preset.licence)
+
+
+def _reporting(progress: Progress, before: int, total: int, file: str) -> type[tqdm]:
+    """Return a bar for the hub's library that draws nothing and tells `progress` every byte."""
+
+    class Report(tqdm):  # type: ignore[misc,unused-ignore]
+        def __init__(self, *args: Any, **kwargs: Any) -> None:
+            self.seen = int(kwargs.get("initial") or 0)
+            kwargs.pop("name", None)
+            super().__init__(*args, **{**kwargs, "disable": True})
+
+        def update(self, n: float | None = 1) -> bool | None:
+            self.seen += int(n or 0)
+            progress(before + self.seen, total, file)
+            return None
+
+    return Report
 
 
 def _wanted(files: Sequence[RepoSibling]) -> list[RepoSibling]:

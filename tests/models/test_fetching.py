@@ -30,7 +30,7 @@ def folder(tmp_path):
 
 def test_a_fetched_model_is_checked_found_and_loaded_by_its_hub_id(folder):
     assert find_fetched(TINY) is None
-    steps = []
+    steps, wanted = [], ("config.json", "model.safetensors")
     with serve_hub(folder) as (hub, asked):
         found = fetch(TINY, lambda *step: steps.append(step), hub)
     assert found.licence == "mit"
@@ -38,6 +38,8 @@ def test_a_fetched_model_is_checked_found_and_loaded_by_its_hub_id(folder):
         (folder / n).stat().st_size for n in ("config.json", "model.safetensors")
     )
     assert steps[0][0] == 0 and steps[-1][:2] == (found.size, found.size)
+    assert [done for done, _, _ in steps] == sorted(done for done, _, _ in steps)
+    assert {file for _, _, file in steps} == {*wanted, ""} and len(steps) > 4
     assert not any("pytorch_model.bin" in path for _, path, _ in asked)
     assert find_fetched(TINY) == found.path
     # From here on nothing is asked of any hub.

@@ -1,5 +1,6 @@
 """The runner: results, resuming, failures, settings."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.masks import decode_rle, intersection_over_union
-from reviewer.models.interfaces import ModelFailed
+from reviewer.models.interfaces import Alignment, Instance, ModelFailed, Objects
 from reviewer.pipeline.members import build_members
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
@@ -16,7 +17,7 @@ from reviewer.store.pairs import pair_ids
 from reviewer.store.regions import load_prediction, load_regions
 from reviewer.store.results import finished_pairs
 from reviewer.store.revisions import newest_revision
-from reviewer.store.runs import run_of_name
+from reviewer.store.runs import run_failures, run_of_name
 
 
 @pytest.fixture
@@ -91,6 +92,68 @@ def test_a_failing_pair_is_recorded_and_the_others_go_on(db, tiny_split, run):
     assert (row["stage"], row["message"]) == ("align", "aligner moody: not today")
     assert run_pipeline(db, run, pair_ids(db)).done == 1
     assert db.read().execute("SELECT count(*) FROM failures").fetchone()[0] == 0
+
+
+class Bad:
+    """A member that gives what no model should give, for one pair."""
+
+    def __init__(self, real, answer, victim):
+        self.real, self.answer, self.victim, self.calls = real, answer, victim, 0
+
+    def _now(self, *given):
+        self.calls += 1
+        if self.calls == self.victim:
+            return self.answer()
+        return given[0](*given[1:])
+
+    def align(self, *given):
+        return self._now(self.real.align, *given)
+
+    def detect(self, *given):
+        return self._now(self.real.detect, *given)
+
+    def segment(self, *given):
+        return self._now(self.real.segment, *given)
+
+
+SHAPE = (120, 160)
+
+
+def divide():
+    return 1 / 0
+
+
+def nan_flow():
+    return Alignment(np.full((*SHAPE, 2), np.nan, np.float32), np.ones(SHAPE, bool))
+
+
+def nan_map():
+    return np.full(SHAPE, np.nan, np.float32)
+
+
+def one_object(mask, score):
+    return lambda: Objects((Instance(mask, "", score),), ())
+
+
+@pytest.mark.parametrize(
+    ("member", "answer", "message"),
+    [("aligner", divide, r"ZeroDivisionError: division by zero \(test_runner\.py:\d+\)"),
+     ("aligner", nan_flow, "gave a flow that is not finite"),
+     ("detector", nan_map, "gave probabilities that are not finite"),
+     ("segmenter", one_object(np.full(SHAPE, np.nan), 0.5), "live object 0 is float64"),
+     ("segmenter", one_object(np.ones((3, 4), bool), 0.5), r"is bool \(3, 4\), but a mask here"),
+     ("segmenter", one_object(np.ones(SHAPE, bool), np.nan), "live object 0 has the score nan")],
+)  # fmt: skip
+def test_what_no_model_should_give_is_recorded_and_the_run_goes_on(
+    db, tiny_split, run, member, answer, message
+):
+    members = build_members(PipelineSettings())
+    bad = Bad(getattr(members, member), answer, victim=2)
+    report = run_pipeline(db, run, pair_ids(db), members=replace(members, **{member: bad}))
+    assert report.done == 2 and re.search(message, report.failures[0])
+    assert run_failures(db, run.id)[0].pair == "cs1/0001"
+    assert run_pipeline(db, run, pair_ids(db), members=members).done == 1
+    assert run_failures(db, run.id) == []
 
 
 def test_an_image_that_vanished_is_a_failure_of_its_pair(db, tiny_split, run):
