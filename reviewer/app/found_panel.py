@@ -29,7 +29,7 @@ class FoundPanel:
         self._items: list[Item] = []
         self._filling = False
         gui = client.gui
-        with panel.add_tab("Found", viser.Icon.SEARCH):
+        with panel.add_tab("Found"):
             self._search = gui.add_text("Search", "", hint="Words of names, pairs, verdicts")
             self._summary = gui.add_html("")
             self._slots = [self._slot(client, place) for place in range(ROWS)]

@@ -57,10 +57,10 @@ class QueuePanel:
         self._shown: list[QueueEntry] = []
         self._run: viser.GuiDropdownHandle[str] | None = None
         self.panel = client.gui.add_panel()
-        with self.panel.add_tab("Queue", viser.Icon.LIST_CHECK):
+        with self.panel.add_tab("Queue"):
             self._build_filters(client.gui)
             self._build_rows(client.gui)
-        with self.panel.add_tab("Progress", viser.Icon.CHART_BAR):
+        with self.panel.add_tab("Progress"):
             self._progress = client.gui.add_html("")
 
     def _build_filters(self, gui: viser.GuiApi) -> None:

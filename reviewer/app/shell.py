@@ -21,7 +21,7 @@ from reviewer.app.map_panel import MapPanel
 from reviewer.app.queue_panel import QueuePanel
 
 ACCENT = (20, 130, 140)
-QUEUE_WIDTH = 276
+QUEUE_WIDTH = 250
 WORKBENCH_SHARE = 0.62
 
 

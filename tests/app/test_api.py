@@ -1,5 +1,7 @@
 """The API that scripts rely on."""
 
+import time
+
 import cv2
 import numpy as np
 import pytest
@@ -271,6 +273,10 @@ def test_a_frame_unlocks_the_desk_of_its_client(client, run, desks):
     assert desk.annotator is None
     with client.websocket_connect(f"/api/desk?client={nonce}", headers=HERE) as socket:
         socket.receive_json()
+        # The frame is told first, the Viser side is drawn next.
+        deadline = time.monotonic() + 5
+        while not drawn and time.monotonic() < deadline:
+            time.sleep(0.01)
         assert (desk.annotator, drawn) == ("Ada", ["unlock"])
         desk.open_pair(3)
         assert socket.receive_json() == {"type": "open", "pair": 3, "run": run.name}
