@@ -205,6 +205,28 @@ def test_the_pages_made_from_the_code_are_up_to_date():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_layers_that_lie_in_folders_are_brought_in_by_a_run(folder):
+    call("import", "data")
+    for name in ("flows", "maps", "objects/live", "objects/reference"):
+        (folder / name / "cs1").mkdir(parents=True)
+    for k in range(3):
+        np.save(folder / f"flows/cs1/{k:04d}.npy", np.zeros((120, 160, 2), np.float32))
+        mask = np.zeros((120, 160), np.float32)
+        mask[40:60, 50 + 10 * k : 75 + 10 * k] = 0.9
+        np.save(folder / f"maps/cs1/{k:04d}.npy", mask)
+        np.save(folder / f"objects/live/cs1/{k:04d}.npy", mask[None] > 0.5)
+        np.save(folder / f"objects/reference/cs1/{k:04d}.npy", np.zeros((0, 120, 160), bool))
+    given = ["--name", "ours", "--aligner", "files:flows", "--detector", "files:maps"]
+    ran = call("run", *given, "--segmenter", "files:objects", "--workers", "1")
+    assert "alignment: 3 pairs from flows" in ran.output and "3 pairs done" in ran.output
+    again = call("run", "--name", "ours", "--workers", "1")
+    assert "0 pairs done, 3 were done before" in again.output
+    listed = json.loads(call("runs", "list", "--json").output)[0]
+    assert listed["members"] == "imported imported none imported"
+    refused = call("run", "--name", "x", "--labeller", "files:maps")
+    assert "use vocabulary:FILE" in str(refused.exception)
+
+
 def test_without_a_terminal_progress_is_a_line_now_and_then(folder, monkeypatch):
     monkeypatch.setattr("reviewer.cli.options.LOG_EVERY_S", 0.0)
     call("import", "data")

@@ -74,6 +74,8 @@ def run(
         if text is None:
             continue
         if text.startswith(f"{FILES}:"):
+            if place == "label":
+                raise InvalidInput(f"--labeller {text}: labels are no files, use vocabulary:FILE")
             folders[place] = Path(text.partition(":")[2])
             given[option] = IMPORTED
             continue
@@ -179,8 +181,6 @@ def _bring_in(store: Store, run: Run, stage: str, folder: Path, split: list[str]
         "detect": [("detection", folder)],
         "search": [("live-objects", folder / "live"), ("reference-objects", folder / "reference")],
     }
-    if stage not in kinds:
-        raise InvalidInput(f"--labeller files:{folder}: labels are no files, use vocabulary:FILE")
     for kind, place in kinds[stage]:
         found = import_layer(store, run, kind, place, list_pairs(store, split or []), packing(run))
         typer.echo(f"{kind}: {found.imported} pairs from {place}")
