@@ -47,6 +47,12 @@ def m005_found(db: Database) -> None:
     _run(db, "m005_found")
 
 
+@migrations()
+def m006_terms(db: Database) -> None:
+    """Keep what the scores under any DoI rule are made of."""
+    _run(db, "m006_terms")
+
+
 def _run(db: Database, name: str) -> None:
     script = (SCRIPTS / f"{name}.sql").read_text(encoding="utf-8")
     mask = (SCRIPTS / "mask_columns.sql").read_text(encoding="utf-8").rstrip()

@@ -287,3 +287,18 @@ def test_models_are_listed_with_their_licences(folder):
     assert {row["name"] for row in listed} >= {"sam2-tiny", "grounding-dino-base", "alpha-clip"}
     assert "Apache-2.0" in call("models", "list").output
     assert "sam2-tiny, sam2-small" in str(call("models", "fetch", "sam9").exception)
+
+
+def test_other_rules_are_scored_without_a_run(folder):
+    call("import", "data")
+    call("run", "--name", "a", "--workers", "1")
+    call("run", "--name", "b", "--workers", "1", "--high", "0.05")
+    call("evaluate")
+    listed = json.loads(call("runs", "list", "--json").output)
+    means = {row["run"]: row["F with DoI"] for row in listed}
+    found = call("whatif", "high", "--values", "0.05,0.9", "--run", "a", "--json")
+    rows = {row["rule"]: row["mean F"] for row in json.loads(found.output)}
+    assert rows["high 0.9"] == pytest.approx(means["a"])
+    assert rows["high 0.05"] == pytest.approx(means["b"])
+    assert rows["oracle"] >= rows["detector alone"]
+    assert "must be numbers" in str(call("whatif", "high", "--values", "x").exception)

@@ -35,6 +35,7 @@ class Desk:
     Attributes:
         annotator: None while locked.
         pair_id: the pair that was asked for last; shown_id: the one that the frame shows.
+        only: pairs that the queue is narrowed to, by something else than a filter; None = all.
         ids: the queue: pair ids in order, under the filters.
         redraw: redraws the Viser side, given what changed: "unlock", "queue", "pair", "change",
             "theme" or "window".
@@ -47,6 +48,7 @@ class Desk:
     split: str | None = None
     state: ReviewState | None = None
     order: Order = "name"
+    only: frozenset[int] | None = None
     pair_id: int | None = None
     shown_id: int | None = None
     ids: list[int] = field(default_factory=list)
@@ -87,7 +89,8 @@ class Desk:
 
     def renew(self) -> None:
         """Take a new snapshot of the queue under the filters."""
-        self.ids = [entry.id for entry in self.entries(limit=EVERYTHING)]
+        found = [entry.id for entry in self.entries(limit=EVERYTHING)]
+        self.ids = [key for key in found if self.only is None or key in self.only]
 
     def entries(self, pair_ids: list[int] | None = None, limit: int = 1000) -> list[QueueEntry]:
         """Return entries as they are now: of the named pairs in that order, or by the filters."""

@@ -160,13 +160,14 @@ def _row_colour(entry: QueueEntry, *, dark: bool) -> tuple[int, int, int]:
 
 def _summary(desk: Desk, count: int, page: int, last: int) -> str:
     name = html.escape(desk.annotator or "")
+    narrowed = "" if desk.only is None else " that change sides"
     legend = "".join(
         f'<span style="white-space:nowrap;margin-right:.7em">{STATE_SIGN[state]} {title}</span> '
         for state, title in STATE_TITLE.items()
     )
     return (
         '<div style="padding:.5em .75em .6em;font-size:.8em;line-height:1.7">'
-        f"<b>{count}</b> pairs &middot; page {page + 1} of {last + 1} &middot; {name}<br>"
+        f"<b>{count}</b> pairs{narrowed} &middot; page {page + 1} of {last + 1} &middot; {name}<br>"
         f'<span style="opacity:.75">{legend}'
         '<span style="white-space:nowrap">⚠ badly aligned, or failed</span></span></div>'
     )

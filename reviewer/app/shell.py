@@ -19,6 +19,7 @@ from reviewer.app.desks import Desk, Desks
 from reviewer.app.found_panel import FoundPanel
 from reviewer.app.map_panel import MapPanel
 from reviewer.app.queue_panel import QueuePanel
+from reviewer.app.whatif_panel import WhatIfPanel
 
 ACCENT = (20, 130, 140)
 QUEUE_WIDTH = 250
@@ -77,7 +78,7 @@ def _drawer(
     client: viser.ClientHandle, desk: Desk, workbench: viser.PanelHandle
 ) -> Callable[[str], None]:
     """Return the function that redraws a client after a change of its desk."""
-    panels: list[tuple[QueuePanel, MapPanel, FoundPanel]] = []
+    panels: list[tuple[QueuePanel, MapPanel, FoundPanel, WhatIfPanel]] = []
 
     def draw(what: str) -> None:
         with desk.lock:
@@ -91,8 +92,10 @@ def _drawer(
                 queue.panel.dock_left()
                 queue.panel.set_width(QUEUE_WIDTH)
                 found = FoundPanel(client, desk, queue.panel)
-                panels.append((queue, MapPanel(client, desk), found))
-            for queue, scene, found in panels:
+                rules = WhatIfPanel(client, desk, workbench)
+                panels.append((queue, MapPanel(client, desk), found, rules))
+            for queue, scene, found, rules in panels:
+                rules.forget()
                 queue.draw(follow=what != "change")
                 scene.draw()
                 if what != "pair":

@@ -19,6 +19,7 @@ from reviewer.cli import (  # noqa: F401
     runs,
     serving,
     training,
+    whatif,
 )
 from reviewer.cli.options import app
 from reviewer.errors import ReviewerError

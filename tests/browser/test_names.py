@@ -42,3 +42,20 @@ def test_a_name_is_written_over_and_searched_then_found_under_another(
     assert page.locator("img[src^='/api/found/']").first.evaluate("e => e.naturalWidth") == 176
     page.get_by_role("button", name="Open cs1/0001").click()
     wait_title(frame, "cs1/0001")
+
+
+def test_another_rule_shows_its_score_and_narrows_the_queue(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    page.get_by_role("tab", name="What if").click()
+    page.get_by_role("button", name="Count what other rules would give").click()
+    expect(page.get_by_text("0 pairs change sides")).to_be_visible()
+    high = page.locator("input[value='0.9']")
+    high.fill("0")
+    high.press("Enter")
+    expect(page.get_by_text("2 pairs change sides")).to_be_visible()
+    page.get_by_role("button", name="Queue: the pairs that change sides").click()
+    expect(page.get_by_text("pairs that change sides", exact=False).first).to_be_visible()
+    expect(page.get_by_role("button", name="cs1/0002")).to_have_count(0)
+    page.get_by_role("button", name="Queue: all pairs").click()
+    expect(page.get_by_role("button", name="cs1/0002")).to_have_count(1)

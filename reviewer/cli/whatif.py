@@ -1,0 +1,64 @@
+"""`whatif`: scores under other DoI rules, from stored integers."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any, Literal
+
+import typer
+
+from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table, progress_bar
+from reviewer.errors import InvalidInput, NotFound
+
+Vary = Literal["high", "low", "max-overlap-px"]
+DEFAULT_VALUES: dict[str, str] = {
+    "high": "0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.85,0.9,0.95,1.01",
+    "low": "0,0.01,0.02,0.05,0.1,0.2,0.3,0.4",
+    "max-overlap-px": "0,5,10,20,50,100,200,500",
+}
+
+
+@app.command()
+def whatif(
+    vary: Annotated[Vary, typer.Argument(help="What to change.")] = "high",
+    values: Annotated[str | None, typer.Option(help="Comma-separated values.")] = None,
+    run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
+    scope: Annotated[Literal["component", "image"] | None, typer.Option(help="Scope.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Write JSON.")] = False,
+    db: Database = DEFAULT_DB,
+) -> None:
+    """Show F under other thresholds, overlap tolerances or scopes; no mask is touched."""
+    from reviewer.evaluation.outcomes import refresh_terms, run_terms
+    from reviewer.evaluation.rules import rule_of_run, vary_rule
+    from reviewer.store.runs import list_runs, run_of_name
+
+    with open_store(db) as store:
+        known = list_runs(store)
+        if not known:
+            raise NotFound("there is no run yet; `reviewer run` makes one")
+        chosen = run_of_name(store, run) if run else known[-1]
+        with progress_bar(chosen.name) as bar:
+            refresh_terms(store, chosen, lambda done, total: bar(done, total, "terms"))
+        engine = run_terms(store, chosen).whatif
+    if not engine.splits:
+        raise NotFound(f"run {chosen.name}: no pair of it has both a prediction and ground truth")
+    rule = rule_of_run(chosen.settings)
+    name = vary.replace("-", "_")
+    try:
+        wanted = [float(value) for value in (values or DEFAULT_VALUES[vary]).split(",")]
+    except ValueError as error:
+        raise InvalidInput(f"--values {values}: must be numbers with commas between") from error
+    rules = [vary_rule(rule, name, value, scope) for value in wanted]
+    sweep, splits = engine.sweep(rules), engine.splits
+    rows: list[dict[str, Any]] = []
+    lines = {f"{vary} {value:g}": sweep.f_scores()[k] for k, value in enumerate(wanted)}
+    lines["detector alone"] = engine.base().f_scores()[0]
+    lines["oracle"] = engine.oracle().f_scores()[0]
+    for title, scores in lines.items():
+        row: dict[str, Any] = {"rule": title, "mean F": float(scores.mean())}
+        row |= {split: float(score) for split, score in zip(splits, scores, strict=True)}
+        rows.append(row)
+    if as_json:
+        typer.echo(json.dumps(rows, indent=1))
+        return
+    print_table(rows, title=f"run {chosen.name}")

@@ -1,0 +1,78 @@
+"""Terms of pairs and outcomes of regions: which are out of date, and where they are kept."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from reviewer.metrics import Counts
+from reviewer.store.database import Store
+
+
+@dataclass(frozen=True, slots=True)
+class StaleTerms:
+    """A pair whose terms are missing, or speak of another revision or another integration."""
+
+    pair_id: int
+    revision: int
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class StoredTerms:
+    """Terms of a pair as JSON text, see `evaluation.terms`."""
+
+    pair_id: int
+    split: str
+    truth_px: int
+    terms: str
+
+
+def stale_terms(store: Store, run_id: int) -> list[StaleTerms]:
+    """Return the pairs of a run whose terms are to be made again."""
+    rows = store.read().execute(
+        "SELECT r.pair_id, t.number, r.key FROM results r JOIN ground_truth t USING (pair_id)"
+        " LEFT JOIN pair_terms k ON k.run_id = r.run_id AND k.pair_id = r.pair_id"
+        " WHERE r.run_id = ? AND r.stage = 'integrate'"
+        " AND (k.revision IS NULL OR k.revision <> t.number OR k.key <> r.key)",
+        [run_id],
+    )
+    return [StaleTerms(*row) for row in rows]
+
+
+def save_terms(
+    store: Store,
+    run_id: int,
+    found: Sequence[tuple[StaleTerms, int, str, Mapping[int, Mapping[str, Counts]]]],
+) -> None:
+    """Write (pair, scored changed pixels, terms, outcomes by region id) in one transaction."""
+
+    def work(db: sqlite3.Connection) -> None:
+        for pair, truth_px, terms, regions in found:
+            db.execute(
+                "INSERT OR REPLACE INTO pair_terms VALUES (?, ?, ?, ?, ?, ?)",
+                [run_id, pair.pair_id, pair.revision, pair.key, truth_px, terms],
+            )
+            db.executemany(
+                "INSERT OR REPLACE INTO region_outcomes VALUES (?, ?, ?, ?, ?, ?)",
+                [
+                    [region_id, outcome, pair.revision, c.tp, c.fp, c.fn]
+                    for region_id, outcomes in regions.items()
+                    for outcome, c in outcomes.items()
+                ],
+            )
+
+    store.write(work)
+
+
+def load_terms(store: Store, run_id: int) -> list[StoredTerms]:
+    """Return the terms of a run that are up to date, by split and pair."""
+    rows = store.read().execute(
+        "SELECT k.pair_id, s.name, k.truth_px, k.terms FROM pair_terms k"
+        " JOIN pairs p ON p.id = k.pair_id JOIN splits s ON s.id = p.split_id"
+        " JOIN ground_truth t ON t.pair_id = k.pair_id AND t.number = k.revision"
+        " WHERE k.run_id = ? ORDER BY s.name, p.name",
+        [run_id],
+    )
+    return [StoredTerms(*row) for row in rows]

@@ -1,0 +1,160 @@
+"""Other rules from stored integers are the rules of `integrate` on masks, to the pixel."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from reviewer.doi import integrate
+from reviewer.editing.commit import MaskEdit, commit_mask
+from reviewer.evaluation.counting import refresh_counts
+from reviewer.evaluation.outcomes import refresh_terms, run_terms
+from reviewer.evaluation.rules import rule_of_run
+from reviewer.evaluation.tables import table_lines
+from reviewer.evaluation.terms import pair_terms
+from reviewer.evaluation.whatif import Rule, WhatIf
+from reviewer.masks import crop_to_box, encode_rle
+from reviewer.metrics import count, f_score, total
+from reviewer.store.regions import load_regions
+from reviewer.store.reviews import annotator_id
+from reviewer.store.scores import split_scores
+
+HEIGHT, WIDTH = 40, 60
+RULES = [
+    Rule(low, high, tolerance, scope, overlaps)
+    for low, high, tolerance, scope, overlaps in itertools.product(
+        (0.0, 0.2), (0.5, 0.9, 1.1), (0, 30), ("component", "image"), ("best", "all")
+    )
+]
+
+
+def blobs(rng, number, least=3, most=14):
+    masks = []
+    for _ in range(number):
+        mask = np.zeros((HEIGHT, WIDTH), bool)
+        y, x = rng.integers(0, HEIGHT - 3), rng.integers(0, WIDTH - 3)
+        mask[y : y + rng.integers(least, most), x : x + rng.integers(least, most)] = True
+        masks.append(mask)
+    return masks
+
+
+def scene(seed):
+    """M_o, live and reference objects that overlap, valid, truth, ignore; some of them empty."""
+    rng = np.random.default_rng(seed)
+    live = blobs(rng, rng.integers(0, 7))
+    if live and seed % 3 == 0:
+        live[0] = np.zeros((HEIGHT, WIDTH), bool)
+    change = np.zeros((HEIGHT, WIDTH), bool)
+    for mask in [*live[: rng.integers(0, 6)], *blobs(rng, rng.integers(0, 4), 2, 6)]:
+        change |= np.roll(mask, int(rng.integers(-3, 4)), axis=int(rng.integers(0, 2)))
+    truth = np.zeros_like(change)
+    for mask in [*live[::2], *blobs(rng, 1)]:
+        truth |= mask
+    valid = np.ones_like(change)
+    valid[:, : rng.integers(0, 20)] = False
+    ignore = np.zeros_like(change)
+    ignore[: rng.integers(0, 10)] = True
+    return change, live, blobs(rng, rng.integers(0, 3)), valid, truth, ignore
+
+
+SCENES = [scene(seed) for seed in range(24)]
+SPLITS = ["a", "b", "c"]
+
+
+@pytest.fixture(scope="module")
+def whatif():
+    pairs = []
+    for k, (change, live, past, valid, truth, ignore) in enumerate(SCENES):
+        reference = np.logical_or.reduce([np.zeros_like(change), *past])
+        crops = [crop_to_box(mask) for mask in live]
+        terms = pair_terms(change, crops, reference, valid, truth, ignore)
+        pairs.append((SPLITS[k % 3], terms))
+    return WhatIf(pairs)
+
+
+def by_masks(rule):
+    """Counts pooled by split, from masks."""
+    counts = {split: [] for split in SPLITS}
+    for k, (change, live, past, valid, truth, ignore) in enumerate(SCENES):
+        result = integrate(
+            change,
+            live,
+            past,
+            scope=rule.scope,
+            valid=valid,
+            low=rule.low,
+            high=rule.high,
+            max_overlap_px=rule.max_overlap_px,
+            overlaps=rule.overlaps,
+        )
+        counts[SPLITS[k % 3]].append(count(result.mask, truth, ignore))
+    return {split: total(found) for split, found in counts.items()}
+
+
+def test_every_rule_has_the_counts_of_its_masks(whatif):
+    sweep = whatif.sweep(RULES)
+    assert sweep.splits == ("a", "b", "c")
+    adopted = 0
+    for k, rule in enumerate(RULES):
+        wanted = by_masks(rule)
+        for column, split in enumerate(sweep.splits):
+            counts = wanted[split]
+            got = (sweep.tp[k, column], sweep.fp[k, column], sweep.truth_px[column])
+            assert got == (counts.tp, counts.fp, counts.tp + counts.fn), rule
+            assert sweep.f_scores()[k, column] == pytest.approx(f_score(counts))
+        adopted += (sweep.tp[k] != whatif.base().tp[0]).any()
+    assert adopted > len(RULES) / 2  # the scenes are not trivial
+
+
+def test_the_base_is_the_detector_and_the_oracle_is_at_least_as_right_as_either(whatif):
+    base, oracle = whatif.base(), whatif.oracle()
+    counts = {split: [] for split in SPLITS}
+    for k, (change, _, _, _, truth, ignore) in enumerate(SCENES):
+        counts[SPLITS[k % 3]].append(count(change, truth, ignore))
+    assert [int(v) for v in base.tp[0]] == [total(counts[split]).tp for split in SPLITS]
+    assert [int(v) for v in base.fp[0]] == [total(counts[split]).fp for split in SPLITS]
+    wrong = (base.fp - base.tp)[0], (oracle.fp - oracle.tp)[0]
+    assert (wrong[1] <= wrong[0]).all()
+    assert oracle.mean_f()[0] >= base.mean_f()[0]
+
+
+def test_pairs_without_anything_count_nothing():
+    empty = np.zeros((HEIGHT, WIDTH), bool)
+    whatif = WhatIf([("a", pair_terms(empty, [], empty, None, empty, None))])
+    assert whatif.sweep([Rule()]).f_scores().tolist() == [[0.0]]
+    assert whatif.oracle().tp.tolist() == [[0]]
+
+
+def test_terms_follow_the_truth_and_the_masks(db, run, tiny_split):
+    assert refresh_terms(db, run) == 3
+    assert refresh_terms(db, run) == 0
+    before = run_terms(db, run)
+    assert before.pair_ids == tuple(pair.id for pair in tiny_split)
+    refresh_counts(db)
+    (wanted,) = (line.f_score for line in table_lines(split_scores(db, run.name))
+                 if line.method == "doi" and line.split == "mean")  # fmt: skip
+    assert before.whatif.sweep([rule_of_run(run.settings)]).mean_f()[0] == pytest.approx(wanted)
+    empty = encode_rle(np.zeros((120, 160), bool))
+    commit_mask(db, tiny_split[0].id, annotator_id(db, "Ada"), MaskEdit(empty, 1))
+    assert refresh_terms(db, run) == 1
+    after = run_terms(db, run)
+    assert after.whatif.sweep([Rule()]).truth_px[0] < before.whatif.sweep([Rule()]).truth_px[0]
+
+
+def test_regions_keep_what_each_outcome_would_give(db, run, tiny_split):
+    refresh_terms(db, run)
+    region = load_regions(db, run.id, tiny_split[0].id)[0]
+    rows = db.read().execute("SELECT * FROM region_outcomes WHERE region_id = ?", [region.id])
+    outcomes = {row["outcome"]: row for row in rows}
+    assert set(outcomes) == {"adopt", "keep", "reject"}
+    assert outcomes["reject"]["tp"] == outcomes["reject"]["fp"] == 0
+    there = {row["tp"] + row["fn"] for row in outcomes.values()}
+    assert len(there) == 1 and outcomes["adopt"]["tp"] > 0.8 * there.pop()
+
+
+def test_the_pairs_that_change_sides_are_told(db, run, tiny_split):
+    refresh_terms(db, run)
+    terms = run_terms(db, run)
+    changed = terms.whatif.changed_pairs(rule_of_run(run.settings), Rule(high=0.0))
+    names = {tiny_split[int(place)].name for place in changed}
+    assert names == {"0000", "0001"}  # the third pair has no change at all
