@@ -10,6 +10,7 @@ from reviewer.app.messages import (
     RegionInfo,
     ScoreInfo,
 )
+from reviewer.evaluation.outcomes import f_by_outcome, refresh_terms
 from reviewer.metrics import Counts, f_score, precision, recall
 from reviewer.models.registry import segmenter_reads
 from reviewer.records import Run, StoredRegion
@@ -43,6 +44,7 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
     layers: list[LayerName] = ["reference", "live"]
     regions: list[StoredRegion] = []
     counts: dict[str, Counts] = {}
+    f_if: dict[int, dict[str, float]] = {}
     seen = None
     if run is not None:
         seen = pair_overview(store, run.id, pair_id)
@@ -52,6 +54,7 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         layers += ["doi", "prediction"] if seen.integrated else []
         regions = load_regions(store, run.id, pair_id)
         counts = {str(k): v for k, v in pair_counts(store, run.id, pair_id).items()}
+        f_if = _f_if(store, run, pair_id, regions, counts)
     if revision is not None:
         layers.append("ground_truth")
     return PairDetail(
@@ -71,7 +74,7 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         alignment=_alignment_info(store, run, pair_id) if run else None,
         labels=_label_infos(store, run, pair_id) if run else [],
         reads_labels=run is not None and "labels" in segmenter_reads(run.segmenter),
-        regions=[region_info(region) for region in regions],
+        regions=[region_info(region, f_if.get(region.id, {})) for region in regions],
         scores={method: score_info(value) for method, value in counts.items()},
     )
 
@@ -103,7 +106,18 @@ def _label_infos(store: Store, run: Run, pair_id: int) -> list[LabelInfo]:
     ]
 
 
-def region_info(stored: StoredRegion) -> RegionInfo:
+def _f_if(
+    store: Store, run: Run, pair_id: int, regions: list[StoredRegion], counts: dict[str, Counts]
+) -> dict[int, dict[str, float]]:
+    now = counts.get("audited") or counts.get("doi")
+    if now is None:
+        return {}
+    refresh_terms(store, run, pair_id=pair_id)
+    outcomes = {region.id: str(region.outcome) for region in regions}
+    return f_by_outcome(store, run, pair_id, outcomes, now)
+
+
+def region_info(stored: StoredRegion, f_if: dict[str, float]) -> RegionInfo:
     """Return a region as the API shows it."""
     region = stored.region
     return RegionInfo(
@@ -119,6 +133,7 @@ def region_info(stored: StoredRegion) -> RegionInfo:
         reason=region.reason,
         box_xyxy=region.box_xyxy,
         has_object=bool(region.object_indices),
+        f_if=f_if,
         verdict=stored.verdict,
         audited_by=stored.audited_by,
     )

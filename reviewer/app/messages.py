@@ -95,7 +95,8 @@ class PairPage(Message):
 
 
 class RegionInfo(Message):
-    """A region under DoI: the terms of the equation, the decision, the newest verdict."""
+    """A region under DoI: the terms of the equation, the decision, the newest verdict; and F of the
+    pair by what becomes of this region, where there is ground truth."""
 
     id: int
     number: int
@@ -109,6 +110,7 @@ class RegionInfo(Message):
     reason: str
     box_xyxy: tuple[int, int, int, int] | None
     has_object: bool
+    f_if: dict[str, float]
     verdict: Verdict | None
     audited_by: str | None
 

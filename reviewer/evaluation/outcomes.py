@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from reviewer.evaluation.terms import ObjectTerms, PairTerms, pair_terms, region_counts
 from reviewer.evaluation.whatif import WhatIf
 from reviewer.masks import components, crop_of_rle, decode_rle, merge_rles, read_rle
-from reviewer.metrics import Counts
+from reviewer.metrics import Counts, f_score
 from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment, load_detection, load_objects
 from reviewer.store.regions import load_regions
 from reviewer.store.revisions import newest_revision
-from reviewer.store.terms import StaleTerms, load_terms, save_terms, stale_terms
+from reviewer.store.terms import (
+    StaleTerms,
+    load_terms,
+    region_outcomes,
+    save_terms,
+    stale_terms,
+)
 
 BATCH = 64
 Made = tuple[StaleTerms, int, str, dict[int, dict[str, Counts]]]
@@ -30,10 +36,14 @@ class RunTerms:
 
 
 def refresh_terms(
-    store: Store, run: Run, progress: Callable[[int, int], None] = lambda done, total: None
+    store: Store,
+    run: Run,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    pair_id: int | None = None,
 ) -> int:
-    """Make the terms again whose truth or masks have changed; return how many."""
-    stale = stale_terms(store, run.id)
+    """Make the terms again whose truth or masks have changed (of one pair, or all); return how
+    many."""
+    stale = stale_terms(store, run.id, pair_id)
     for start in range(0, len(stale), BATCH):
         batch = stale[start : start + BATCH]
         save_terms(store, run.id, [_make(store, run, pair) for pair in batch])
@@ -46,6 +56,33 @@ def run_terms(store: Store, run: Run) -> RunTerms:
     found = load_terms(store, run.id)
     pairs = [(stored.split, _unpacked(stored.truth_px, stored.terms)) for stored in found]
     return RunTerms(tuple(stored.pair_id for stored in found), WhatIf(pairs))
+
+
+def f_by_outcome(
+    store: Store, run: Run, pair_id: int, outcomes: Mapping[int, str], now: Counts
+) -> dict[int, dict[str, float]]:
+    """Return F of a pair if one region ended otherwise and all else stayed, by region and outcome.
+
+    Args:
+        outcomes: what happens to each region now, by id.
+        now: counts of the pair's mask now.
+    """
+    found: dict[int, dict[str, float]] = {}
+    for region_id, counts in region_outcomes(store, run.id, pair_id).items():
+        own = counts.get(outcomes.get(region_id, ""))
+        if own is None:
+            continue
+        found[region_id] = {
+            outcome: f_score(
+                Counts(
+                    now.tp + other.tp - own.tp,
+                    now.fp + other.fp - own.fp,
+                    now.fn + other.fn - own.fn,
+                )
+            )
+            for outcome, other in counts.items()
+        }
+    return found
 
 
 def _make(store: Store, run: Run, pair: StaleTerms) -> Made:

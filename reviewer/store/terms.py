@@ -29,14 +29,15 @@ class StoredTerms:
     terms: str
 
 
-def stale_terms(store: Store, run_id: int) -> list[StaleTerms]:
-    """Return the pairs of a run whose terms are to be made again."""
+def stale_terms(store: Store, run_id: int, pair_id: int | None = None) -> list[StaleTerms]:
+    """Return the pairs of a run (or the one) whose terms are to be made again."""
     rows = store.read().execute(
         "SELECT r.pair_id, t.number, r.key FROM results r JOIN ground_truth t USING (pair_id)"
         " LEFT JOIN pair_terms k ON k.run_id = r.run_id AND k.pair_id = r.pair_id"
-        " WHERE r.run_id = ? AND r.stage = 'integrate'"
-        " AND (k.revision IS NULL OR k.revision <> t.number OR k.key <> r.key)",
-        [run_id],
+        " WHERE r.run_id = ?1 AND r.stage = 'integrate'"
+        " AND (k.revision IS NULL OR k.revision <> t.number OR k.key <> r.key)"
+        " AND (?2 IS NULL OR r.pair_id = ?2)",
+        [run_id, pair_id],
     )
     return [StaleTerms(*row) for row in rows]
 
@@ -76,3 +77,17 @@ def load_terms(store: Store, run_id: int) -> list[StoredTerms]:
         [run_id],
     )
     return [StoredTerms(*row) for row in rows]
+
+
+def region_outcomes(store: Store, run_id: int, pair_id: int) -> dict[int, dict[str, Counts]]:
+    """Return what each outcome of a pair's regions would give, by region id and outcome."""
+    rows = store.read().execute(
+        "SELECT o.* FROM region_outcomes o JOIN regions g ON g.id = o.region_id"
+        " WHERE g.run_id = ? AND g.pair_id = ?",
+        [run_id, pair_id],
+    )
+    found: dict[int, dict[str, Counts]] = {}
+    for row in rows:
+        counts = Counts(row["tp"], row["fp"], row["fn"])
+        found.setdefault(row["region_id"], {})[row["outcome"]] = counts
+    return found

@@ -6,7 +6,7 @@
  * @typedef {{x: number, y: number}} Point
  * @typedef {{id: number, choice: string, number: number, label: string, f_b: number,
  *   iou: number, doi: number, inspect: boolean, reason: string, box_xyxy: number[] | null,
- *   has_object: boolean, verdict: string | null, audited_by: string | null}} Region
+ *   overlap_px: number, f_if: Record<string, number>, has_object: boolean, verdict: string | null, audited_by: string | null}} Region
  * @typedef {{key: string, source: string, run: string, number: number, label: string,
  *   score: number | null, region_id: number | null, area: number, box_xyxy: number[],
  *   counts: string, outcome: string | null}} Proposal

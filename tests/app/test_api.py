@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from reviewer.evaluation.counting import refresh_counts
 from reviewer.masks import decode_png, encode_png, encode_rle
 
 JSON = {"Accept": "application/json"}
@@ -290,3 +291,17 @@ def test_a_desk_follows_who_is_signed_in_now(client, run, desks):
     with client.websocket_connect(f"/api/desk?client={nonce}", headers=HERE) as socket:
         socket.receive_json()
         assert desk.annotator == "Ada"
+
+
+def test_f_of_the_pair_by_outcome_is_what_a_verdict_then_gives(client, db, run):
+    refresh_counts(db)
+    region = client.get("/api/pairs/1").json()["regions"][0]
+    assert set(region["f_if"]) == {"adopt", "keep", "reject"}
+    scores = client.get("/api/pairs/1").json()["scores"]
+    assert region["f_if"][region["choice"]] == pytest.approx(scores["doi"]["f_score"])
+    for verdict in ("keep", "reject", "adopt"):
+        audit = client.post(f"/api/regions/{region['id']}/audit", json={"verdict": verdict})
+        found = audit.json()["scores"]["audited"]["f_score"]
+        assert found == pytest.approx(region["f_if"][verdict])
+        again = client.get("/api/pairs/1").json()["regions"][0]["f_if"]
+        assert again == pytest.approx(region["f_if"])

@@ -91,7 +91,25 @@ function regionLines(region, give, shown) {
   const terms = `f_b ${region.f_b}   IoU ${region.iou.toFixed(2)}   ${REASONS[region.reason] ?? region.reason}`;
   const verdicts = element("div", "verdicts");
   verdicts.append(...VERDICTS.map((verdict) => verdictButton(region, verdict, () => give(verdict), shown)));
-  return [top, element("div", "terms", terms), verdicts];
+  return [top, element("div", "terms", terms), ...whyLines(region, outcome), verdicts];
+}
+
+/** The equation with this region's numbers, and what each outcome would make of the pair's F.
+ * @param {Region} region @param {string} outcome */
+function whyLines(region, outcome) {
+  const { f_b: unseen, iou, doi, overlap_px: shared } = region;
+  const equation = `DoI = f_b × (1 − IoU) = ${unseen} × (1 − ${iou.toFixed(3)}) = ${doi.toFixed(3)}`;
+  const lines = [element("div", "why", `${equation}; ${shared} px shared with the reference's objects`)];
+  const scores = Object.entries(region.f_if);
+  if (scores.length) {
+    const line = element("div", "why", "this pair's F: ");
+    for (const [k, [name, score]] of scores.entries()) {
+      if (k) line.append(" · ");
+      line.append(element(name === outcome ? "b" : "span", "", `${name} ${score.toFixed(3)}`));
+    }
+    lines.push(line);
+  }
+  return lines;
 }
 
 /** @param {Region} region @param {string} verdict @param {() => void} give
