@@ -11,6 +11,7 @@ import sys
 import typer
 
 from reviewer.cli import (  # noqa: F401
+    audit,
     checkpoints,
     data,
     found,

@@ -1,0 +1,81 @@
+"""`audit report`: decisions against the oracle's, and DoI as a predictor of detector errors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table, progress_bar
+from reviewer.errors import NotFound
+
+if TYPE_CHECKING:
+    from reviewer.evaluation.audit import Predictor
+
+audit_app = typer.Typer(
+    help="Report on the decisions of a run.", no_args_is_help=True, rich_markup_mode=None
+)
+app.add_typer(audit_app, name="audit")
+
+
+@audit_app.callback()
+def _audit() -> None:
+    """Report on the decisions of a run."""
+
+
+@audit_app.command()
+def report(
+    run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
+    figure: Annotated[
+        Path | None, typer.Option(help="Write risk-coverage and reliability, .png or .pdf.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Write JSON.")] = False,
+    db: Database = DEFAULT_DB,
+) -> None:
+    """Compare decisions with the oracle's by split, label, size and reason; DoI as a predictor."""
+    from reviewer.evaluation.audit import audit_report
+    from reviewer.evaluation.outcomes import refresh_terms
+    from reviewer.store.audited import audit_rows
+    from reviewer.store.runs import list_runs, run_of_name
+
+    with open_store(db) as store:
+        known = list_runs(store)
+        if not known:
+            raise NotFound("there is no run yet; `reviewer run` makes one")
+        chosen = run_of_name(store, run) if run else known[-1]
+        with progress_bar(chosen.name) as bar:
+            refresh_terms(store, chosen, lambda done, total: bar(done, total, "outcomes"))
+        rows = audit_rows(store, chosen.id)
+    if not rows:
+        raise NotFound(f"run {chosen.name}: no region of it lies in a pair with ground truth")
+    found = audit_report(rows)
+    if figure is not None:
+        from reviewer.evaluation.audit_figure import draw_predictor
+
+        draw_predictor(found.predictor, figure)
+    if as_json:
+        typer.echo(json.dumps(found.record(), indent=1))
+        return
+    typer.echo(
+        f"run {chosen.name}: {found.regions} regions, {found.counted} with something to decide"
+    )
+    print_table(found.confusion, title="decisions and the oracle's (fewer wrong pixels)")
+    print_table(found.groups, title="where decisions are right, and what the wrong ones cost")
+    print_table(found.verdicts, title="verdicts of people")
+    print_table(_figures(found.predictor), title="DoI as a predictor of detector errors")
+
+
+def _figures(found: Predictor) -> list[dict[str, object]]:
+    errors = f"{found.errors} of {found.regions} regions"
+    rows: list[dict[str, object]] = [{"figure": "errors (IoU < 0.5)", "value": errors, "95 %": ""}]
+    for name, interval, note in (
+        ("AUROC", found.auroc, ""),
+        ("AUPRC", found.auprc, ""),
+        ("AURC", found.aurc, f" (best {found.aurc_best:.3f}, random {found.aurc_random:.3f})"),
+        ("calibration error", found.ece, ""),
+    ):
+        span = f"{interval.low:.3f} to {interval.high:.3f}"
+        rows.append({"figure": name, "value": f"{interval.value:.3f}{note}", "95 %": span})
+    return rows

@@ -1,0 +1,62 @@
+"""Regions as an audit counts them: the decision, what each outcome would give, what people said."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from reviewer.metrics import Counts
+from reviewer.records import Verdict
+from reviewer.store.database import Store
+
+
+@dataclass(frozen=True, slots=True)
+class AuditRow:
+    """A region with its outcomes.
+
+    Attributes:
+        choice: the rule's decision.
+        outcomes: counts inside the region by outcome.
+        verdict: the newest one a person gave.
+    """
+
+    region_id: int
+    pair_id: int
+    split: str
+    labels: str
+    reason: str
+    choice: str
+    doi: float
+    verdict: Verdict | None
+    outcomes: Mapping[str, Counts]
+
+
+def audit_rows(store: Store, run_id: int) -> list[AuditRow]:
+    """Return the regions of a run whose outcomes are counted, by id (`refresh_terms` first)."""
+    rows = store.read().execute(
+        "SELECT g.id, g.pair_id, d.split, coalesce(d.labels, '') AS labels, g.reason, g.choice,"
+        " g.doi, d.verdict, o.outcome, o.tp, o.fp, o.fn FROM regions g"
+        " JOIN doi_decisions d ON d.region_id = g.id"
+        " JOIN region_outcomes o ON o.region_id = g.id"
+        " JOIN ground_truth t ON t.pair_id = g.pair_id AND t.number = o.revision"
+        " WHERE g.run_id = ? ORDER BY g.id, o.outcome",
+        [run_id],
+    )
+    found: dict[int, AuditRow] = {}
+    outcomes: dict[int, dict[str, Counts]] = {}
+    for row in rows:
+        own = outcomes.setdefault(row["id"], {})
+        own[row["outcome"]] = Counts(row["tp"], row["fp"], row["fn"])
+        if row["id"] not in found:
+            found[row["id"]] = AuditRow(
+                row["id"],
+                row["pair_id"],
+                row["split"],
+                row["labels"],
+                row["reason"],
+                row["choice"],
+                row["doi"],
+                row["verdict"],
+                own,
+            )
+    return list(found.values())
