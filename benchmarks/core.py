@@ -28,7 +28,7 @@ from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.tables import table_lines
 from reviewer.export.coco import export_coco
 from reviewer.export.png import export_png
-from reviewer.export.selection import select_labelled
+from reviewer.export.selection import Selection, select_labelled
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.database import Store
@@ -149,8 +149,8 @@ def measure(folder: Path) -> dict[str, float]:
 
         def export() -> None:
             target = Path(tempfile.mkdtemp(dir=folder))
-            labelled, _ = select_labelled(store, [])
-            export_png(labelled, target / "png")
+            labelled, _ = select_labelled(store, Selection())
+            export_png(labelled, target / "png", Selection())
             export_coco(labelled, target / "coco.json")
 
         figures["evaluate_1875_s"] = seconds(evaluate, 5)

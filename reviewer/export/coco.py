@@ -20,7 +20,7 @@ def coco_document(labelled: Sequence[Labelled]) -> dict[str, Any]:
     """Return the document; ids are the pair ids of the database."""
     images, annotations = [], []
     for item in labelled:
-        pair, mask = item.pair, item.revision.mask
+        pair, mask = item.pair, item.mask
         images.append(
             {
                 "id": pair.id,
@@ -31,7 +31,7 @@ def coco_document(labelled: Sequence[Labelled]) -> dict[str, Any]:
                 "pair": pair.name,
                 "reference": pair.reference.path.name,
                 "sha256": pair.live.sha256,
-                "revision": item.revision.number,
+                **item.origin,
             }
         )
         if mask.area:

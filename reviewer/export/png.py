@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from reviewer import __version__
 from reviewer.atomic import whole_folder
-from reviewer.export.selection import Labelled
-from reviewer.masks import Rle, decode_rle, encode_png
+from reviewer.export.manifest import pair_entry, write_manifest
+from reviewer.export.selection import Labelled, Selection
+from reviewer.masks import decode_rle, encode_png
 
 
-def export_png(labelled: Sequence[Labelled], target: Path) -> int:
+def export_png(labelled: Sequence[Labelled], target: Path, selection: Selection) -> int:
     """Write the masks, and ignore masks beside them as `<pair>.ignore.png`; return their number.
 
     Raises:
@@ -26,42 +24,16 @@ def export_png(labelled: Sequence[Labelled], target: Path) -> int:
             (folder / split).mkdir()
 
         def write(item: Labelled) -> dict[str, Any]:
-            return _write_pair(folder, item)
+            name = f"{item.pair.split}/{item.pair.name}"
+            files = {f"{name}.png": encode_png(decode_rle(item.mask))}
+            ignore = item.ignore()
+            if ignore is not None:
+                files[f"{name}.ignore.png"] = encode_png(ignore)
+            for path, data in files.items():
+                (folder / path).write_bytes(data)
+            return pair_entry(item, files)
 
         with ThreadPoolExecutor() as pool:
             entries = list(pool.map(write, labelled))
-        manifest = {
-            "format": "png",
-            "changed": 255,
-            "unchanged": 0,
-            "reviewer": __version__,
-            "pairs": entries,
-        }
-        (folder / "manifest.json").write_text(json.dumps(manifest, indent=1))
+        write_manifest(folder, "png", selection.record(), entries)
     return len(labelled)
-
-
-def _write_pair(folder: Path, item: Labelled) -> dict[str, Any]:
-    pair, revision = item.pair, item.revision
-    path = Path(pair.split) / f"{pair.name}.png"
-    data = encode_png(decode_rle(revision.mask))
-    (folder / path).write_bytes(data)
-    entry: dict[str, Any] = {
-        "pair": pair.title,
-        "mask": path.as_posix(),
-        "sha256": hashlib.sha256(data).hexdigest(),
-        "area": revision.mask.area,
-        "revision": revision.number,
-        "annotator": revision.annotator,
-        "live": pair.live.name,
-        "live_sha256": pair.live.sha256,
-        "reference": pair.reference.name,
-        "reference_sha256": pair.reference.sha256,
-    }
-    if revision.ignore_rle:
-        mask = revision.mask
-        ignore = Rle(mask.height, mask.width, revision.ignore_rle, 0, (0, 0, 0, 0))
-        ignore_path = path.with_suffix(".ignore.png")
-        (folder / ignore_path).write_bytes(encode_png(decode_rle(ignore)))
-        entry["ignore"] = ignore_path.as_posix()
-    return entry

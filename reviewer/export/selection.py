@@ -1,34 +1,124 @@
-"""Which masks an export takes: the newest ground truth, of chosen splits and review states."""
+"""Which masks an export takes: ground truth or a run's final masks, of chosen pairs."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
-from reviewer.errors import NotFound
+from reviewer.errors import InvalidInput, NotFound
+from reviewer.masks import Mask, Rle, decode_rle
 from reviewer.records import MaskRevision, Pair
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
+from reviewer.store.regions import load_final_mask
+from reviewer.store.reviews import STATES, pairs_in_state
 from reviewer.store.revisions import newest_revisions
+from reviewer.store.runs import run_of_name
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """What is exported; everything that is empty or None does not narrow it.
+
+    Attributes:
+        splits: only these.
+        states: pairs that somebody has in one of these review states.
+        annotators: ground truth that one of these wrote last.
+        least_px, most_px: changed pixels of the mask.
+        run: final masks of this run (after verdicts, where there are any) in place of ground truth.
+    """
+
+    splits: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
+    annotators: tuple[str, ...] = ()
+    least_px: int | None = None
+    most_px: int | None = None
+    run: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.run is not None and self.annotators:
+            raise InvalidInput("export: --annotator is about ground truth, --run about predictions")
+        for state in self.states:
+            if state not in STATES[1:]:
+                known = ", ".join(STATES[1:])
+                raise InvalidInput(f"export: there is no state {state!r}; there are {known}")
+
+    def record(self) -> dict[str, Any]:
+        """Return it as plain JSON values, for manifests."""
+        return json.loads(json.dumps(asdict(self)))  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, slots=True)
 class Labelled:
-    """A pair with its newest ground truth."""
+    """A pair with the mask to export.
+
+    Attributes:
+        ignore_rle: pixels not to score, run-lengths of the mask's size; None = none.
+        origin: where the mask comes from: revision and annotator, or run.
+    """
 
     pair: Pair
-    revision: MaskRevision
+    mask: Rle
+    ignore_rle: str | None
+    origin: Mapping[str, Any]
+
+    def ignore(self) -> Mask | None:
+        """Return the ignore mask, bool (H, W); None where there is none."""
+        if self.ignore_rle is None:
+            return None
+        rle = Rle(self.mask.height, self.mask.width, self.ignore_rle, 0, (0, 0, 0, 0))
+        return decode_rle(rle)
 
 
-def select_labelled(store: Store, splits: Sequence[str]) -> tuple[list[Labelled], list[Pair]]:
-    """Return the pairs that have ground truth (all-zero masks too), and those that have none.
+def select_labelled(store: Store, selection: Selection) -> tuple[list[Labelled], list[Pair]]:
+    """Return the pairs with a mask (all-zero ones too), and those that have none.
 
     Raises:
-        NotFound: when a split does not exist, or no pair has ground truth.
+        NotFound: when a split or the run does not exist, or no pair is left.
     """
-    revisions = newest_revisions(store)
-    pairs = list_pairs(store, splits)
-    labelled = [Labelled(pair, revisions[pair.id]) for pair in pairs if pair.id in revisions]
+    pairs = list_pairs(store, selection.splits)
+    if selection.states:
+        wanted = pairs_in_state(store, selection.states)
+        pairs = [pair for pair in pairs if pair.id in wanted]
+    found = _predictions(store, pairs, selection.run) if selection.run else _truths(store, pairs)
+    without = [pair for pair in pairs if pair.id not in found]
+    labelled = [found[pair.id] for pair in pairs if pair.id in found]
     if not labelled:
-        raise NotFound(f"export: none of {len(pairs)} pairs has ground truth yet")
-    return labelled, [pair for pair in pairs if pair.id not in revisions]
+        what = f"a final mask in run {selection.run}" if selection.run else "ground truth"
+        raise NotFound(f"export: none of {len(pairs)} pairs has {what} yet")
+    kept = [item for item in labelled if _fits(item, selection)]
+    if not kept:
+        raise NotFound(f"export: none of {len(labelled)} masks is of that size or annotator")
+    return kept, without
+
+
+def _truths(store: Store, pairs: Sequence[Pair]) -> dict[int, Labelled]:
+    revisions = newest_revisions(store)
+    return {
+        pair.id: _of_revision(pair, revisions[pair.id]) for pair in pairs if pair.id in revisions
+    }
+
+
+def _of_revision(pair: Pair, revision: MaskRevision) -> Labelled:
+    origin = {"revision": revision.number, "annotator": revision.annotator}
+    return Labelled(pair, revision.mask, revision.ignore_rle, origin)
+
+
+def _predictions(store: Store, pairs: Sequence[Pair], name: str) -> dict[int, Labelled]:
+    run = run_of_name(store, name)
+    found = {}
+    for pair in pairs:
+        mask = load_final_mask(store, run.id, pair.id)
+        if mask is not None:
+            found[pair.id] = Labelled(pair, mask, None, {"run": name})
+    return found
+
+
+def _fits(item: Labelled, selection: Selection) -> bool:
+    least = selection.least_px or 0
+    most = selection.most_px
+    if item.mask.area < least or (most is not None and item.mask.area > most):
+        return False
+    return not selection.annotators or item.origin.get("annotator") in selection.annotators

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Sequence
 
 from reviewer.errors import Conflict, InvalidInput
 from reviewer.masks import Rle, empty_rle
@@ -146,3 +147,12 @@ def add_audit(
         put_prediction(db, row["run_id"], row["pair_id"], "audited", audited)
 
     store.write(work)
+
+
+def pairs_in_state(store: Store, states: Sequence[str]) -> set[int]:
+    """Return the pairs that somebody has in one of these states."""
+    marks = ", ".join("?" * len(states))
+    rows = store.read().execute(
+        f"SELECT DISTINCT pair_id FROM reviews WHERE state IN ({marks})", list(states)
+    )
+    return {row["pair_id"] for row in rows}

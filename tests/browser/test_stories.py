@@ -10,7 +10,7 @@ from viser import transforms
 from workbench import on_live, wait_saved, wait_title, workbench_of
 
 from reviewer.export.png import export_png
-from reviewer.export.selection import select_labelled
+from reviewer.export.selection import Selection, select_labelled
 from reviewer.masks import decode_png, decode_rle
 from reviewer.store.layers import load_objects
 from reviewer.store.regions import load_prediction
@@ -131,7 +131,8 @@ def test_submit_export_and_compare(server, visit, tmp_path):
     assert review_state(server.store, 1, ada) == "submitted"
     page.keyboard.press("0")
     frame.wait_for_selector('#state[data-state="confirmed_empty"]')
-    export_png(select_labelled(server.store, [])[0], tmp_path / "out")
+    everything = Selection()
+    export_png(select_labelled(server.store, everything)[0], tmp_path / "out", everything)
     for pair, name in ((1, "0000"), (2, "0001"), (3, "0002")):
         exported = decode_png((tmp_path / "out" / "cs1" / f"{name}.png").read_bytes())
         assert (exported == mask_of(server, pair)).all()

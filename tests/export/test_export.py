@@ -11,28 +11,31 @@ from reviewer.editing.commit import MaskEdit, commit_mask
 from reviewer.errors import Conflict, NotFound
 from reviewer.export.coco import export_coco
 from reviewer.export.png import export_png
-from reviewer.export.selection import select_labelled
+from reviewer.export.selection import Selection, select_labelled
 from reviewer.masks import decode_png, decode_rle, encode_rle
 from reviewer.store.reviews import annotator_id
 from reviewer.store.revisions import newest_revision
 
+ALL = Selection()
+
 
 def test_png_masks_are_the_stored_masks(db, tiny_split, tmp_path):
-    labelled, without = select_labelled(db, [])
-    assert (export_png(labelled, tmp_path / "out"), without) == (3, [])
+    labelled, without = select_labelled(db, ALL)
+    assert (export_png(labelled, tmp_path / "out", ALL), without) == (3, [])
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
     for pair, entry in zip(tiny_split, manifest["pairs"], strict=True):
-        data = (tmp_path / "out" / entry["mask"]).read_bytes()
-        assert hashlib.sha256(data).hexdigest() == entry["sha256"]
+        ((path, digest),) = entry["files"].items()
+        data = (tmp_path / "out" / path).read_bytes()
+        assert hashlib.sha256(data).hexdigest() == digest
         assert encode_rle(decode_png(data)) == newest_revision(db, pair.id).mask
         assert entry["live_sha256"] == pair.live.sha256
     assert manifest["pairs"][2]["area"] == 0
 
 
 def test_exports_are_deterministic(db, tiny_split, tmp_path):
-    labelled, _ = select_labelled(db, [])
+    labelled, _ = select_labelled(db, ALL)
     for name in ("a", "b"):
-        export_png(labelled, tmp_path / name)
+        export_png(labelled, tmp_path / name, ALL)
         export_coco(labelled, tmp_path / f"{name}.json")
     assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
     files = sorted(p.relative_to(tmp_path / "a") for p in (tmp_path / "a").rglob("*.*"))
@@ -46,13 +49,13 @@ def test_an_ignore_mask_lies_beside_its_mask(db, tiny_split, tmp_path):
     newest = newest_revision(db, pair.id)
     edit = MaskEdit(newest.mask, 1, ignore=newest.mask)
     commit_mask(db, pair.id, annotator_id(db, "Ada"), edit)
-    export_png(select_labelled(db, [])[0], tmp_path / "out")
+    export_png(select_labelled(db, ALL)[0], tmp_path / "out", ALL)
     ignore = decode_png((tmp_path / "out" / "cs1" / "0000.ignore.png").read_bytes())
     assert (ignore == decode_rle(newest.mask)).all()
 
 
 def test_coco_reads_back_with_pycocotools(db, tiny_split, tmp_path, capsys):
-    export_coco(select_labelled(db, [])[0], tmp_path / "coco.json")
+    export_coco(select_labelled(db, ALL)[0], tmp_path / "coco.json")
     coco = COCO(tmp_path / "coco.json")
     assert len(coco.imgs) == 3 and len(coco.anns) == 2
     for pair in tiny_split:
@@ -68,11 +71,11 @@ def test_coco_reads_back_with_pycocotools(db, tiny_split, tmp_path, capsys):
 
 
 def test_nothing_is_overwritten(db, tiny_split, tmp_path):
-    labelled, _ = select_labelled(db, [])
-    export_png(labelled, tmp_path / "out")
+    labelled, _ = select_labelled(db, ALL)
+    export_png(labelled, tmp_path / "out", ALL)
     export_coco(labelled, tmp_path / "coco.json")
     with pytest.raises(Conflict, match="exists already"):
-        export_png(labelled, tmp_path / "out")
+        export_png(labelled, tmp_path / "out", ALL)
     with pytest.raises(Conflict, match="exists already"):
         export_coco(labelled, tmp_path / "coco.json")
 
@@ -86,9 +89,9 @@ def test_a_folder_appears_whole_or_not_at_all(tmp_path):
 
 def test_without_ground_truth_there_is_nothing_to_export(db):
     with pytest.raises(NotFound, match="none of 0 pairs has ground truth"):
-        select_labelled(db, [])
+        select_labelled(db, ALL)
 
 
 def test_an_unknown_split_is_named(db, tiny_split):
     with pytest.raises(NotFound, match="split zz9: does not exist; there are cs1"):
-        select_labelled(db, ["zz9"])
+        select_labelled(db, Selection(("zz9",)))

@@ -1,0 +1,121 @@
+"""`t0t1`: what change detectors train on: `<split>/t0/`, `t1/` and `mask/`, names that match.
+
+`reviewer import --layout t0t1` and the public loaders of this layout read it. Pictures are the
+files as they are, or the reference warped to the live view by a run. Masks are 0 and 255, and
+pixels that are not to be scored lie in `ignore/`; or, as segmentation loaders want it, masks are 0
+and 1 with 255 for those pixels.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, Literal
+
+import cv2
+import numpy as np
+
+from reviewer.atomic import whole_folder
+from reviewer.errors import NotFound
+from reviewer.export.manifest import pair_entry, write_manifest
+from reviewer.export.selection import Labelled, Selection
+from reviewer.masks import decode_rle, encode_png
+from reviewer.pipeline.stored import warped_reference
+from reviewer.records import Run
+from reviewer.store.database import Store
+
+IgnoreMode = Literal["separate", "255", "none"]
+CHANGED: dict[IgnoreMode, int] = {"separate": 255, "255": 1, "none": 255}
+
+
+def export_t0t1(
+    store: Store,
+    labelled: Sequence[Labelled],
+    target: Path,
+    selection: Selection,
+    *,
+    warped_by: Run | None = None,
+    ignore: IgnoreMode = "separate",
+) -> int:
+    """Write pictures and masks; return the number of pairs.
+
+    Args:
+        warped_by: warp the references by this run's alignments; None leaves them as they are.
+        ignore: where pixels that are not to be scored go.
+
+    Raises:
+        Conflict: when `target` exists and is not empty.
+        NotFound: when an image is gone, or the run did not align a pair.
+    """
+    with whole_folder(target) as folder:
+        for split in {item.pair.split for item in labelled}:
+            for name in ("t0", "t1", "mask", *(["ignore"] if ignore == "separate" else [])):
+                (folder / split / name).mkdir(parents=True)
+
+        def write(item: Labelled) -> dict[str, Any]:
+            return _write_pair(store, item, folder, warped_by, ignore)
+
+        with ThreadPoolExecutor() as pool:
+            entries = list(pool.map(write, labelled))
+        for split in {item.pair.split for item in labelled}:
+            place = folder / split / "ignore"
+            if place.exists() and not any(place.iterdir()):
+                place.rmdir()
+        settings = {
+            **selection.record(),
+            "warped_by": warped_by.name if warped_by else None,
+            "ignore": ignore,
+        }
+        write_manifest(folder, "t0t1", settings, entries, changed=CHANGED[ignore])
+    return len(labelled)
+
+
+def _write_pair(
+    store: Store, item: Labelled, folder: Path, warped_by: Run | None, ignore: IgnoreMode
+) -> dict[str, Any]:
+    pair, split = item.pair, item.pair.split
+    files: dict[str, bytes | str] = {}
+    live = f"{split}/t1/{pair.name}{pair.live.path.suffix.lower()}"
+    _copy(pair.live.path, folder / live)
+    files[live] = pair.live.sha256
+    if warped_by is None:
+        past = f"{split}/t0/{pair.name}{pair.reference.path.suffix.lower()}"
+        _copy(pair.reference.path, folder / past)
+        files[past] = pair.reference.sha256
+    else:
+        past = f"{split}/t0/{pair.name}.png"
+        warped, _ = warped_reference(store, warped_by, pair)
+        ok, data = cv2.imencode(".png", warped[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 1])
+        assert ok, "OpenCV refused a plain colour image"
+        files[past] = data.tobytes()
+    files |= _masks(
+        item, f"{split}/mask/{pair.name}.png", f"{split}/ignore/{pair.name}.png", ignore
+    )
+    for path, content in files.items():
+        if isinstance(content, bytes):
+            (folder / path).write_bytes(content)
+    return pair_entry(item, files)
+
+
+def _masks(item: Labelled, mask: str, beside: str, mode: IgnoreMode) -> dict[str, bytes]:
+    changed, ignored = decode_rle(item.mask), item.ignore()
+    if mode == "255":
+        levels = changed.astype(np.uint8)
+        if ignored is not None:
+            levels[ignored] = 255
+        ok, data = cv2.imencode(".png", levels)
+        assert ok, "OpenCV refused a plain grey image"
+        return {mask: data.tobytes()}
+    if ignored is None or mode == "none":
+        return {mask: encode_png(changed)}
+    return {mask: encode_png(changed), beside: encode_png(ignored)}
+
+
+def _copy(source: Path, target: Path) -> None:
+    try:
+        # Never a link: what is done to an export must not be done to the data set.
+        shutil.copyfile(source, target)
+    except FileNotFoundError as error:
+        raise NotFound(f"{source}: is gone, so it cannot be exported") from error

@@ -1,0 +1,201 @@
+"""What detectors train on: the t0t1 layout, folds without leaks, and what is selected."""
+
+import hashlib
+import json
+
+import cv2
+import numpy as np
+import pytest
+from scenes import write_split
+from typer.testing import CliRunner
+
+from reviewer.cli import app
+from reviewer.dataset.importer import ImportSettings, find_splits, import_split
+from reviewer.editing.commit import MaskEdit, change_state, commit_mask
+from reviewer.errors import Conflict, InvalidInput, NotFound
+from reviewer.export.folds import export_folds, make_folds
+from reviewer.export.selection import Selection, select_labelled
+from reviewer.export.t0t1 import export_t0t1
+from reviewer.masks import decode_rle, encode_rle
+from reviewer.pipeline.stored import warped_reference
+from reviewer.store.database import Store
+from reviewer.store.pairs import list_pairs
+from reviewer.store.reviews import annotator_id
+from reviewer.store.revisions import newest_revision
+
+ALL = Selection()
+
+
+def export(db, target, selection=ALL, **options):
+    labelled, _ = select_labelled(db, selection)
+    return export_t0t1(db, labelled, target, selection, **options)
+
+
+def grey(path):
+    return cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+
+
+def test_what_is_exported_can_be_imported_again_and_nothing_has_changed(db, tiny_split, tmp_path):
+    assert export(db, tmp_path / "set") == 3
+    with Store(tmp_path / "again.db", create=True) as store:
+        ((name, place),) = find_splits(tmp_path / "set", "t0t1")
+        import_split(store, name, place, ImportSettings(layout="t0t1"), lambda *_: None)
+        for old, new in zip(tiny_split, list_pairs(store), strict=True):
+            assert (old.title, old.live.sha256) == (new.title, new.live.sha256)
+            assert old.reference.sha256 == new.reference.sha256
+            assert newest_revision(db, old.id).mask == newest_revision(store, new.id).mask
+
+
+def test_the_manifest_names_every_file_with_its_hash(db, tiny_split, tmp_path):
+    export(db, tmp_path / "set")
+    manifest = json.loads((tmp_path / "set" / "manifest.json").read_text())
+    found = {
+        path.relative_to(tmp_path / "set").as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in (tmp_path / "set").rglob("*.png")
+    }
+    named = {path: h for entry in manifest["pairs"] for path, h in entry["files"].items()}
+    assert named == found and len(named) == 9
+    export(db, tmp_path / "again")
+    assert (tmp_path / "again" / "manifest.json").read_bytes() == (
+        tmp_path / "set" / "manifest.json"
+    ).read_bytes()
+
+
+def test_an_export_is_a_copy(db, tiny_split, tmp_path):
+    export(db, tmp_path / "set")
+    (tmp_path / "set" / "cs1" / "t1" / "0000.png").write_bytes(b"spoilt")
+    assert tiny_split[0].live.path.read_bytes() != b"spoilt"
+
+
+def test_references_can_be_warped_by_a_run(db, run, tiny_split, tmp_path):
+    export(db, tmp_path / "set", warped_by=run)
+    pair = tiny_split[0]
+    warped, _ = warped_reference(db, run, pair)
+    written = cv2.imread(str(tmp_path / "set" / "cs1" / "t0" / "0000.png"))
+    np.testing.assert_array_equal(written[..., ::-1], warped)
+    assert (
+        json.loads((tmp_path / "set" / "manifest.json").read_text())["settings"]["warped_by"]
+        == run.name
+    )
+
+
+@pytest.fixture
+def ill_posed(db, tiny_split):
+    """Ignored pixels that lie over a part of the change."""
+    pair = tiny_split[0]
+    newest = newest_revision(db, pair.id)
+    ignored = np.zeros((120, 160), bool)
+    ignored[40:50, 50:60] = ignored[:5, :5] = True
+    edit = MaskEdit(newest.mask, 1, ignore=encode_rle(ignored))
+    commit_mask(db, pair.id, annotator_id(db, "Ada"), edit)
+    return decode_rle(newest.mask), ignored
+
+
+@pytest.mark.parametrize("mode", ["separate", "255", "none"])
+def test_ill_posed_pixels_lie_beside_or_inside_or_nowhere(db, ill_posed, tmp_path, mode):
+    changed, ignored = ill_posed
+    export(db, tmp_path / "set", ignore=mode)
+    mask = grey(tmp_path / "set" / "cs1" / "mask" / "0000.png")
+    beside = tmp_path / "set" / "cs1" / "ignore" / "0000.png"
+    manifest = json.loads((tmp_path / "set" / "manifest.json").read_text())
+    if mode == "255":
+        assert (mask == np.where(ignored, 255, changed)).all() and manifest["changed"] == 1
+        assert set(np.unique(grey(tmp_path / "set" / "cs1" / "mask" / "0001.png"))) == {0, 1}
+    else:
+        assert (mask == 255 * changed).all() and manifest["changed"] == 255
+    assert beside.exists() == (mode == "separate")
+    if mode == "separate":
+        assert (grey(beside) == 255 * ignored).all()
+
+
+def test_an_image_that_is_gone_leaves_no_half_of_an_export(db, tiny_split, tmp_path):
+    tiny_split[2].live.path.unlink()
+    with pytest.raises(NotFound, match=r"0002\.png: is gone"):
+        export(db, tmp_path / "set")
+    assert not (tmp_path / "set").exists()
+    assert not [p for p in tmp_path.iterdir() if p.name.startswith(".set")]
+
+
+def titles(db, **selection):
+    return [item.pair.name for item in select_labelled(db, Selection(**selection))[0]]
+
+
+def test_pairs_are_selected_by_state_person_and_size(db, tiny_split, ill_posed):
+    ada = annotator_id(db, "Ada")
+    change_state(db, tiny_split[1].id, ada, "submitted", None, 0.0)
+    assert titles(db, states=("submitted",)) == ["0001"]
+    assert titles(db, annotators=("Ada",)) == ["0000"]
+    assert titles(db, least_px=1) == ["0000", "0001"]
+    assert titles(db, most_px=0) == ["0002"]
+    with pytest.raises(NotFound, match="none of 3 masks is of that size"):
+        titles(db, least_px=10**6)
+    with pytest.raises(InvalidInput, match="is about ground truth"):
+        Selection(annotators=("Ada",), run="x")
+    with pytest.raises(InvalidInput, match="there is no state 'todo'; there are in_progress"):
+        Selection(states=("todo",))
+
+
+def test_final_masks_of_a_run_take_the_place_of_ground_truth(db, run, tiny_split):
+    from reviewer.store.regions import load_final_mask
+
+    labelled, without = select_labelled(db, Selection(run=run.name))
+    assert without == [] and [item.origin for item in labelled] == [{"run": run.name}] * 3
+    for item in labelled:
+        assert item.mask == load_final_mask(db, run.id, item.pair.id)
+
+
+@pytest.fixture
+def two_workspaces(db, tmp_path):
+    for name in ("cs1", "cs2", "hw1"):
+        folder = write_split(tmp_path / "data" / name, 4)
+        import_split(db, name, folder, ImportSettings(), lambda *_: None)
+    return list_pairs(db)
+
+
+@pytest.mark.parametrize(
+    ("kind", "names"),
+    [("split", ["cs1", "cs2", "hw1"]), ("workspace", ["cs", "hw"]),
+     ("same-split", ["part-1", "part-2"])],
+)  # fmt: skip
+def test_no_pair_is_both_trained_and_tested_on(db, two_workspaces, kind, names):
+    folds = make_folds(db, two_workspaces, kind, parts=2)
+    assert [fold.name for fold in folds] == names
+    tested = [pair.id for fold in folds for pair in fold.test]
+    assert sorted(tested) == sorted(pair.id for pair in two_workspaces)
+    for fold in folds:
+        train, test = ({p.id for p in pairs} for pairs in (fold.train, fold.test))
+        assert not train & test and len(train | test) == 12
+        past = [{p.reference.id for p in pairs} for pairs in (fold.train, fold.test)]
+        assert not past[0] & past[1]
+    if kind == "same-split":
+        assert all({p.split for p in fold.test} == {"cs1", "cs2", "hw1"} for fold in folds)
+
+
+def test_folds_are_lists_of_pairs(db, two_workspaces, tmp_path):
+    labelled, _ = select_labelled(db, ALL)
+    assert export_folds(db, labelled, tmp_path / "folds", ALL, "workspace") == 2
+    lines = (tmp_path / "folds" / "hw" / "test.txt").read_text().splitlines()
+    assert lines == ["hw1/0000", "hw1/0001", "hw1/0002", "hw1/0003"]
+    with pytest.raises(Conflict, match="exists already"):
+        export_folds(db, labelled, tmp_path / "folds", ALL, "workspace")
+
+
+def test_folds_that_cannot_be_made_are_refused(db, tiny_split):
+    for kind, parts, message in (
+        ("split", 5, "there is only cs1"),
+        ("same-split", 5, "has 3 reference images, fewer than 5 parts"),
+        ("same-split", 1, "need two or more parts"),
+    ):
+        with pytest.raises(InvalidInput, match=message):
+            make_folds(db, tiny_split, kind, parts)
+
+
+def test_the_command_exports_training_sets(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_split(tmp_path / "data" / "cs1")
+    runner = CliRunner()
+    runner.invoke(app, ["import", "data"], catch_exceptions=False)
+    done = runner.invoke(app, ["export", "t0t1", "set", "--least-px", "1"])
+    assert "2 masks in set" in done.output, done.output
+    done = runner.invoke(app, ["export", "folds", "folds", "--parts", "3"])
+    assert "3 folds in folds" in done.output, done.output
