@@ -30,7 +30,7 @@ Splits = Annotated[list[str] | None, typer.Option("--split", help="Only these sp
 DEFAULT_DB = Path("reviewer.db")
 LOG_EVERY_S = 60.0
 
-FormatName = Literal["table", "json", "csv", "markdown"]
+FormatName = Literal["table", "json", "csv", "markdown", "latex"]
 
 
 def open_store(path: Path, *, create: bool = False) -> Store:
@@ -88,8 +88,12 @@ def _minute_lines(title: str) -> Callable[[int, int | None, str], None]:
     return advance
 
 
-def print_table(rows: Sequence[Mapping[str, Any]], title: str = "") -> None:
-    """Print rows of the same columns; numbers to the right, scores with four digits."""
+def print_table(rows: Sequence[Mapping[str, Any]], title: str = "", sections: str = "") -> None:
+    """Print rows of the same columns; numbers to the right, scores with four digits.
+
+    Args:
+        sections: a value that ends a section, and stands out.
+    """
     from rich.console import Console
     from rich.table import Table
 
@@ -101,7 +105,9 @@ def print_table(rows: Sequence[Mapping[str, Any]], title: str = "") -> None:
         numbers = all(isinstance(row[column], int | float | None) for row in rows)
         table.add_column(column, justify="right" if numbers else "left", overflow="fold")
     for row in rows:
-        table.add_row(*(_cell(value) for value in row.values()))
+        last = bool(sections) and sections in row.values()
+        cells = [_cell(value) for value in row.values()]
+        table.add_row(*cells, style="bold" if last else None, end_section=last)
     console = Console()
     # A pipe has no width of its own: nothing is cut or broken there.
     Console(width=console.width if console.is_terminal else 200).print(table)

@@ -15,17 +15,23 @@ from reviewer.cli.options import (
     Splits,
     app,
     open_store,
+    print_table,
     progress_bar,
 )
 from reviewer.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from reviewer.evaluation.protocols import Protocol
     from reviewer.records import Run
     from reviewer.store.database import Store
 
 StageName = Literal["align", "detect", "label", "search", "integrate", "all"]
 ScopeName = Literal["component", "image"]
 EngineChoice = Literal["local", "ray"]
+ProtocolName = Literal["pooled", "image_mean", "mean_pr"]
+EmptyName = Literal["skip", "one", "zero"]
+GroupName = Literal["split", "workspace", "group"]
+WeightName = Literal["groups", "images"]
 MEMBER_HELP = {
     "aligner": "dis, ecc, homography; loftr[:MODEL], pdcnet:DIR; files:DIR, imported",
     "detector": "difference; cscdnet:CHECKPOINT, dr-tanet:CHECKPOINT, ...; files:DIR, imported",
@@ -112,12 +118,26 @@ def run(
 @app.command()
 def evaluate(
     run: Annotated[str | None, typer.Option(help="Only this run.")] = None,
+    protocol: Annotated[
+        ProtocolName, typer.Option(help="Pixels pooled in a group; or per image.")
+    ] = "pooled",
+    empty: Annotated[
+        EmptyName, typer.Option(help="Per image: without change and rightly so, counts as.")
+    ] = "skip",
+    by: Annotated[GroupName, typer.Option(help="What a line is.")] = "split",
+    weight: Annotated[WeightName, typer.Option(help="What the mean line weighs alike.")] = "groups",
+    table_a: Annotated[
+        bool, typer.Option("--table-a", help="One line a run: mean F without and with DoI.")
+    ] = False,
     format: Annotated[FormatName, typer.Option(help="How to write it.")] = "table",
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Print P, R and F: pixels pooled inside a split, unweighted mean over splits."""
+    """Print P, R and F; by default pixels pooled inside a split, unweighted mean over splits."""
+    from reviewer.evaluation.protocols import Protocol
+
+    chosen = Protocol(protocol, empty, weight, by)
     with open_store(db) as store:
-        print_scores(store, run, format)
+        print_scores(store, run, format, chosen, table_a=table_a)
 
 
 def run_stages(
@@ -186,30 +206,46 @@ def _bring_in(store: Store, run: Run, stage: str, folder: Path, split: list[str]
         typer.echo(f"{kind}: {found.imported} pairs from {place}")
 
 
-def print_scores(store: Store, run: str | None, form: FormatName) -> None:
+def print_scores(
+    store: Store,
+    run: str | None,
+    form: FormatName,
+    protocol: Protocol | None = None,
+    *,
+    table_a: bool = False,
+) -> None:
     from reviewer.evaluation.counting import refresh_counts
-    from reviewer.evaluation.tables import METHOD_TITLE, format_lines, table_lines
+    from reviewer.evaluation.protocols import Protocol, protocol_lines
+    from reviewer.evaluation.tables import METHOD_TITLE, format_lines, format_rows, table_a_rows
     from reviewer.store.runs import run_of_name
-    from reviewer.store.scores import split_scores
+    from reviewer.store.scores import pair_scores
 
     if run is not None:
         run_of_name(store, run)
     refresh_counts(store)
-    lines = table_lines(split_scores(store, run))
+    chosen = protocol or Protocol()
+    lines = protocol_lines(pair_scores(store, run), chosen)
+    if table_a:
+        rows = table_a_rows(lines)
+        if form == "table":
+            print_table(rows, title=f"mean F ({chosen.kind})")
+        else:
+            typer.echo(format_rows(rows, form))
+        return
     if form != "table":
         typer.echo(format_lines(lines, form))
         return
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(title="pooled pixels a split, unweighted mean over splits")
-    for column in ("run", "method", "split"):
-        table.add_column(column)
-    for column in ("pairs", "P", "R", "F"):
-        table.add_column(column, justify="right")
-    for line in lines:
-        numbers = [f"{v:.4f}" for v in (line.precision, line.recall, line.f_score)]
-        last = line.split == "mean"
-        cells = [line.run, METHOD_TITLE[line.method], line.split, str(line.pairs), *numbers]
-        table.add_row(*cells, style="bold" if last else None, end_section=last)
-    Console(width=max(100, Console().width)).print(table)
+    cells = [
+        {
+            "run": line.run,
+            "method": METHOD_TITLE[line.method],
+            chosen.group: line.split,
+            "pairs": line.pairs,
+            "P": line.precision,
+            "R": line.recall,
+            "F": line.f_score,
+        }
+        for line in lines
+    ]
+    mean = f"mean over {chosen.weight}"
+    print_table(cells, title=f"{chosen.kind} by {chosen.group}, {mean}", sections="mean")

@@ -102,6 +102,8 @@ def compare(
     print_table(found.settings, title="settings that differ")
     print_table(found.splits, title=f"F by split, {method}")
     print_table(found.pairs, title="pairs that changed most")
+    c = found.change
+    typer.echo(f"mean F changes by {c.value:+.4f}, 95 % over pairs: {c.low:+.4f} to {c.high:+.4f}")
 
 
 @runs_app.command()

@@ -7,22 +7,26 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from reviewer.errors import InvalidInput
+from reviewer.evaluation.predicting import Interval
+from reviewer.evaluation.protocols import paired_change
 from reviewer.evaluation.tables import MEAN, METHOD_TITLE, table_lines
 from reviewer.records import Method
 from reviewer.store.database import Store
 from reviewer.store.runs import run_of_name
-from reviewer.store.scores import pair_f_scores, split_scores
+from reviewer.store.scores import pair_f_scores, pair_scores, split_scores
 
 MOST_CHANGED = 10
 
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Rows of three tables: settings that differ, splits, and the pairs that changed most."""
+    """Rows of three tables: settings that differ, splits, and the pairs that changed most; and the
+    change of the mean F with its 95 % interval over pairs."""
 
     settings: list[dict[str, Any]]
     splits: list[dict[str, Any]]
     pairs: list[dict[str, Any]]
+    change: Interval
 
     def record(self) -> dict[str, Any]:
         """Return it as plain JSON values."""
@@ -64,8 +68,15 @@ def compare_runs(store: Store, first: str, second: str, method: str) -> Comparis
     pairs = _rows("pair", by_pair[0], by_pair[1], first, second)
     pairs.sort(key=lambda row: -abs(row["change"]))
     changed = [row for row in pairs if row["change"]]
+    scores = [
+        [score for score in pair_scores(store, name) if score.method == known]
+        for name in (first, second)
+    ]
     return Comparison(
-        settings, _rows("split", by_split[0], by_split[1], first, second), changed[:MOST_CHANGED]
+        settings,
+        _rows("split", by_split[0], by_split[1], first, second),
+        changed[:MOST_CHANGED],
+        paired_change(scores[0], scores[1]),
     )
 
 

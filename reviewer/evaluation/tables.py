@@ -10,7 +10,8 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -76,18 +77,83 @@ def _mean(run: str, method: Method, lines: Sequence[Line]) -> Line:
     )
 
 
-def format_lines(lines: Sequence[Line], form: Literal["json", "csv", "markdown"]) -> str:
+Form = Literal["json", "csv", "markdown", "latex"]
+
+
+def table_a_rows(lines: Sequence[Line]) -> list[dict[str, str | float]]:
+    """Return the paper's Table A: a row a run, mean F by method."""
+    rows: dict[str, dict[str, str | float]] = {}
+    for line in lines:
+        if line.split == MEAN:
+            row = rows.setdefault(line.run, {"run": line.run})
+            row[METHOD_TITLE[line.method]] = line.f_score
+    columns = [title for title in METHOD_TITLE.values() if any(title in r for r in rows.values())]
+    return [
+        {"run": name, **{title: row.get(title, float("nan")) for title in columns}}
+        for name, row in rows.items()
+    ]
+
+
+def format_rows(rows: Sequence[Mapping[str, str | float]], form: Form) -> str:
+    """Write rows of the same columns as text; numbers keep all their digits in JSON and CSV."""
+    if form == "json":
+        return json.dumps(rows, indent=1)
+    columns = list(rows[0]) if rows else []
+    if form == "csv":
+        return _csv(rows, columns)
+    cells = [[_short(row[column]) for column in columns] for row in rows]
+    if form == "latex":
+        return _latex(columns, cells)
+    head = ["| " + " | ".join(columns) + " |", "|---" * len(columns) + "|"]
+    return "\n".join([*head, *("| " + " | ".join(row) + " |" for row in cells)])
+
+
+def format_lines(lines: Sequence[Line], form: Form) -> str:
     """Write lines as text; numbers keep all their digits in JSON and CSV."""
     rows = [_row(line) for line in lines]
+    if form == "latex":
+        columns = ["run", "method", "split", "pairs", "P", "R", "F"]
+        return _latex(columns, [_cells(line) for line in lines])
     if form == "json":
         return json.dumps(rows, indent=1)
     if form == "csv":
-        buffer = io.StringIO()
-        writer = csv.DictWriter(buffer, fieldnames=list(_COLUMNS), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        return buffer.getvalue().rstrip("\n")
+        return _csv(rows, _COLUMNS)
     return _markdown(lines)
+
+
+def _csv(rows: Sequence[Mapping[str, str | float]], columns: Sequence[str]) -> str:
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, fieldnames=list(columns), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return buffer.getvalue().rstrip("\n")
+
+
+def _short(value: str | float) -> str:
+    return f"{value:.4f}" if isinstance(value, float) else str(value)
+
+
+def _cells(line: Line) -> list[str]:
+    numbers = [_short(v) for v in (line.precision, line.recall, line.f_score)]
+    return [line.run, METHOD_TITLE[line.method], line.split, str(line.pairs), *numbers]
+
+
+def _latex(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Write a table in the style of booktabs."""
+    numeric = [all(_is_number(row[k]) for row in rows) for k in range(len(columns))]
+    shape = "".join("r" if number else "l" for number in numeric)
+    body = [" & ".join(_escaped(cell) for cell in row) + r" \\" for row in rows]
+    head = " & ".join(_escaped(column) for column in columns) + r" \\"
+    lines = [rf"\begin{{tabular}}{{{shape}}}", r"\toprule", head, r"\midrule", *body]
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
+
+
+def _is_number(text: str) -> bool:
+    return text.replace(".", "", 1).isdigit()
+
+
+def _escaped(text: str) -> str:
+    return re.sub(r"([&%$#_{}])", r"\\\1", text)
 
 
 _COLUMNS = ("run", "method", "split", "pairs", "precision", "recall", "f_score",

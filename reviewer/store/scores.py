@@ -26,6 +26,19 @@ class StaleScore:
     ignore: Rle | None
 
 
+@dataclass(frozen=True, slots=True)
+class PairScore:
+    """Fresh counts of one method on one pair, with what it can be grouped by."""
+
+    run: str
+    method: Method
+    split: str
+    workspace: str | None
+    object_group: int | None
+    pair_id: int
+    counts: Counts
+
+
 def stale_scores(store: Store, pair_id: int | None = None) -> list[StaleScore]:
     """Return the predictions to count again, of one pair or of all."""
     query = """
@@ -80,6 +93,27 @@ def pair_counts(store: Store, run_id: int, pair_id: int) -> dict[Method, Counts]
         "SELECT * FROM pair_scores WHERE run_id = ? AND pair_id = ?", [run_id, pair_id]
     )
     return {row["method"]: _counts(row) for row in rows}
+
+
+def pair_scores(store: Store, run: str | None = None) -> list[PairScore]:
+    """Return the fresh counts of every pair, of one run or of all."""
+    rows = store.read().execute(
+        "SELECT v.*, s.workspace, s.object_group FROM pair_scores v JOIN splits s"
+        " ON s.name = v.split WHERE ?1 IS NULL OR v.run = ?1 ORDER BY v.run, v.method, v.pair_id",
+        [run],
+    )
+    return [
+        PairScore(
+            row["run"],
+            row["method"],
+            row["split"],
+            row["workspace"],
+            row["object_group"],
+            row["pair_id"],
+            _counts(row),
+        )
+        for row in rows
+    ]
 
 
 def pair_f_scores(store: Store, run_id: int, method: Method) -> dict[str, float]:

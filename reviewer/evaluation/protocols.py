@@ -1,0 +1,144 @@
+"""How counts of pairs become one score: pooled, per image, or from mean P and R.
+
+All are arithmetic on the counts of pairs, so every protocol of every run is a matter of
+milliseconds. An image in which nothing has changed and nothing was found has no F of its own (0/0):
+`empty` says whether it is left out, counts 1, or counts 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from reviewer.evaluation.predicting import Interval
+from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line
+from reviewer.metrics import Counts, f_score, precision, recall, total
+from reviewer.records import Method
+from reviewer.store.scores import PairScore
+
+Kind = Literal["pooled", "image_mean", "mean_pr"]
+Empty = Literal["skip", "one", "zero"]
+Weight = Literal["groups", "images"]
+Group = Literal["split", "workspace", "group"]
+
+RESAMPLES = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Protocol:
+    """How to score.
+
+    Attributes:
+        kind: "pooled" sums pixels over a group (the paper's); "image_mean" averages F over images;
+            "mean_pr" averages P and R over images and takes F of the averages.
+        empty: what an image without change counts in which nothing was found.
+        weight: the mean line weighs groups alike (the paper's), or by their images.
+        group: what a line is: a split, a workspace, or an object group.
+    """
+
+    kind: Kind = "pooled"
+    empty: Empty = "skip"
+    weight: Weight = "groups"
+    group: Group = "split"
+
+
+def protocol_lines(scores: Sequence[PairScore], protocol: Protocol) -> list[Line]:
+    """Return a line a group and a mean line for every run and method, in that order."""
+    found: dict[tuple[str, Method], dict[str, list[Counts]]] = {}
+    for score in scores:
+        groups = found.setdefault((score.run, score.method), {})
+        groups.setdefault(_group_of(score, protocol.group), []).append(score.counts)
+    order = list(METHOD_TITLE)
+    lines: list[Line] = []
+    for (run, method), groups in sorted(
+        found.items(), key=lambda entry: (entry[0][0], order.index(entry[0][1]))
+    ):
+        own = [
+            _line(run, method, name, counts, protocol) for name, counts in sorted(groups.items())
+        ]
+        lines += [*own, _mean(run, method, own, protocol.weight)]
+    return lines
+
+
+def _group_of(score: PairScore, group: Group) -> str:
+    if group == "split":
+        return score.split
+    if group == "workspace":
+        return score.workspace or score.split
+    return score.split if score.object_group is None else f"group {score.object_group}"
+
+
+def _line(run: str, method: Method, name: str, counts: list[Counts], protocol: Protocol) -> Line:
+    pooled = total(counts)
+    if protocol.kind == "pooled":
+        p, r, f = precision(pooled), recall(pooled), f_score(pooled)
+    else:
+        p, r, f = _per_image(counts, protocol)
+    return Line(run, method, name, len(counts), pooled, p, r, f)
+
+
+def _per_image(counts: list[Counts], protocol: Protocol) -> tuple[float, float, float]:
+    """Return mean P and R over images, and the mean F or the F of these means."""
+    empty = {"one": 1.0, "zero": 0.0}.get(protocol.empty)
+    rows = []
+    for c in counts:
+        if c.tp + c.fp + c.fn:
+            rows.append((precision(c), recall(c), f_score(c)))
+        elif empty is not None:
+            rows.append((empty, empty, empty))
+    if not rows:
+        return 0.0, 0.0, 0.0
+    p, r, f = (float(value) for value in np.mean(rows, axis=0))
+    if protocol.kind == "mean_pr":
+        f = 2 * p * r / (p + r) if p + r else 0.0
+    return p, r, f
+
+
+def _mean(run: str, method: Method, lines: Sequence[Line], weight: Weight) -> Line:
+    share = np.array([line.pairs if weight == "images" else 1 for line in lines], np.float64)
+    share /= share.sum()
+    p, r, f = (
+        float(share @ np.array([getattr(line, name) for line in lines]))
+        for name in ("precision", "recall", "f_score")
+    )
+    pairs = sum(line.pairs for line in lines)
+    return Line(run, method, MEAN, pairs, total(line.counts for line in lines), p, r, f)
+
+
+def paired_change(
+    first: Sequence[PairScore], second: Sequence[PairScore], *, seed: int = 0
+) -> Interval:
+    """Return the change of the mean F over splits (pooled) from one run to another, with its 95 %
+    bootstrap interval: pairs are drawn anew inside each split, the same ones for both.
+
+    Pairs that only one of them has are left out.
+    """
+    ours = {score.pair_id: score for score in first}
+    theirs = {score.pair_id: score for score in second}
+    splits: dict[str, list[int]] = {}
+    for pair_id in sorted(ours.keys() & theirs.keys()):
+        splits.setdefault(ours[pair_id].split, []).append(pair_id)
+    if not splits:
+        return Interval(float("nan"), float("nan"), float("nan"))
+    rng = np.random.default_rng(seed)
+    value, drawn = 0.0, np.zeros(RESAMPLES)
+    for ids in splits.values():
+        tables = [_table([found[k].counts for k in ids]) for found in (ours, theirs)]
+        here = rng.integers(0, len(ids), (RESAMPLES, len(ids)))
+        value += _f_of(tables[1].sum(axis=0)) - _f_of(tables[0].sum(axis=0))
+        drawn += _f_of(tables[1][here].sum(axis=1)) - _f_of(tables[0][here].sum(axis=1))
+    low, high = np.quantile(drawn / len(splits), (0.025, 0.975))
+    return Interval(float(value) / len(splits), float(low), float(high))
+
+
+def _table(counts: Sequence[Counts]) -> np.ndarray:
+    return np.array([(c.tp, c.fp, c.fn) for c in counts], np.int64)
+
+
+def _f_of(table: np.ndarray) -> np.ndarray:
+    """Return F of counts (..., 3): TP, FP, FN; 0 where all are 0."""
+    tp, fp, fn = table[..., 0], table[..., 1], table[..., 2]
+    return np.asarray(2 * tp / np.maximum(2 * tp + fp + fn, 1))

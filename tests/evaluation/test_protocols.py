@@ -1,0 +1,111 @@
+"""Protocols: the same counts, scored pooled, per image, or from mean P and R."""
+
+import json
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from reviewer.cli import app
+from reviewer.evaluation.protocols import Protocol, paired_change, protocol_lines
+from reviewer.evaluation.tables import format_lines, format_rows, table_a_rows
+from reviewer.metrics import Counts
+from reviewer.store.scores import PairScore
+
+
+def score(pair, counts, split="cs1", run="r", method="doi"):
+    return PairScore(run, method, split, split[:2], int(split[2]), pair, Counts(*counts))
+
+
+SCORES = [
+    score(1, (10, 0, 0)),
+    score(2, (10, 30, 10)),
+    score(3, (0, 0, 0)),
+    score(4, (5, 5, 0), "hw1"),
+]
+
+
+def mean_of(protocol, scores=SCORES):
+    lines = {line.split: line for line in protocol_lines(scores, protocol)}
+    return lines["mean"], lines
+
+
+def test_pooled_sums_pixels_in_a_split_and_weighs_splits_alike():
+    mean, lines = mean_of(Protocol())
+    assert lines["cs1"].f_score == pytest.approx(40 / (40 + 40))
+    assert mean.f_score == pytest.approx((0.5 + 2 / 3) / 2)
+    assert (lines["cs1"].pairs, mean.pairs) == (3, 4)
+
+
+def test_the_mean_may_weigh_images():
+    mean, _ = mean_of(Protocol(weight="images"))
+    assert mean.f_score == pytest.approx((3 * 0.5 + 2 / 3) / 4)
+
+
+@pytest.mark.parametrize(("empty", "wanted"), [("skip", 2), ("one", 3), ("zero", 3)])
+def test_the_rule_for_images_without_change_is_a_choice(empty, wanted):
+    _, lines = mean_of(Protocol(kind="image_mean", empty=empty))
+    second = 20 / (20 + 40)
+    given = 1.0 if empty == "one" else 0.0
+    total = 1.0 + second + (given if empty != "skip" else 0.0)
+    assert lines["cs1"].f_score == pytest.approx(total / wanted)
+
+
+def test_mean_pr_takes_f_of_the_means():
+    _, lines = mean_of(Protocol(kind="mean_pr"))
+    p, r = (1 + 0.25) / 2, (1 + 0.5) / 2
+    assert lines["cs1"].precision == pytest.approx(p)
+    assert lines["cs1"].f_score == pytest.approx(2 * p * r / (p + r))
+
+
+def test_lines_may_be_workspaces_or_object_groups():
+    scores = [*SCORES, score(5, (1, 1, 1), "cs2")]
+    assert set(mean_of(Protocol(group="workspace"), scores)[1]) == {"cs", "hw", "mean"}
+    assert set(mean_of(Protocol(group="group"), scores)[1]) == {"group 1", "group 2", "mean"}
+
+
+def test_table_a_has_a_row_a_run_and_a_column_a_method():
+    scores = [*SCORES, *(score(k, (5, 5, 5), method="base") for k in (1, 2, 3))]
+    rows = table_a_rows(protocol_lines(scores, Protocol()))
+    assert rows == [{"run": "r", "without DoI": 0.5, "with DoI": pytest.approx(7 / 12)}]
+    assert "r & 0.5000 & 0.5833" in format_rows(rows, "latex")
+    assert format_rows(rows, "csv").splitlines()[0] == "run,without DoI,with DoI"
+    assert "| r | 0.5000 | 0.5833 |" in format_rows(rows, "markdown")
+
+
+def test_latex_is_escaped():
+    lines = protocol_lines([score(1, (1, 1, 1), run="a_b 50%")], Protocol())
+    text = format_lines(lines, "latex")
+    assert r"a\_b 50\%" in text and text.startswith(r"\begin{tabular}{lllrrrr}")
+
+
+def test_the_paired_bootstrap_knows_no_change_and_a_sure_one():
+    rng = np.random.default_rng(0)
+    first = [score(k, rng.integers(1, 50, 3), f"cs{k % 3 + 1}") for k in range(60)]
+    same = paired_change(first, first)
+    assert (same.value, same.low, same.high) == (0, 0, 0)
+    better = [score(s.pair_id, (s.counts.tp + 30, s.counts.fp, 0), s.split) for s in first]
+    change = paired_change(first, better)
+    assert 0 < change.low < change.value < change.high
+    assert np.isnan(paired_change(first, []).value)
+
+
+def test_the_change_is_that_of_the_table():
+    first = [score(k, (10 + k, 5, 5), f"cs{k % 2 + 1}") for k in range(8)]
+    second = [score(k, (10, 5 + k, 5), f"cs{k % 2 + 1}") for k in range(8)]
+    means = [mean_of(Protocol(), scores)[0].f_score for scores in (first, second)]
+    assert paired_change(first, second).value == pytest.approx(means[1] - means[0])
+
+
+def test_the_command_takes_a_protocol(db, run, tiny_split):
+    def call(*given):
+        done = CliRunner().invoke(app, ["evaluate", *given, "--db", str(db.path)])
+        assert done.exit_code == 0, done.output
+        return done.output
+
+    pooled = json.loads(call("--format", "json"))
+    means = json.loads(call("--format", "json", "--protocol", "image_mean", "--empty", "one"))
+    assert {line["split"] for line in pooled} == {"cs1", "mean"}
+    assert [line["f_score"] for line in pooled] != [line["f_score"] for line in means]
+    assert json.loads(call("--table-a", "--format", "json"))[0]["run"] == run.name
+    assert "pooled by workspace" in call("--by", "workspace")
