@@ -1,3 +1,24 @@
-"""Build, review and audit change-detection ground truth on reference/live image pairs."""
+"""Build, review and audit change-detection ground truth."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from reviewer.scripting.project import Project
 
 __version__ = "0.1.0"
+
+
+def open(path: str | Path) -> Project:
+    """Open a database for scripts and notebooks: `reviewer.open("reviewer.db")`.
+
+    Raises:
+        NotFound: when the file does not exist.
+        InvalidInput: when it is no database of this program, or a newer one.
+    """
+    from reviewer.scripting.project import open_project
+
+    return open_project(path)

@@ -10,6 +10,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "reviewer"
 FLOOR = {
+    "__init__": 5,  # the door for scripts, `reviewer.open`
     "cli": 5,
     "app": 4,
     "editing": 3,
@@ -21,6 +22,7 @@ FLOOR = {
     "export": 2,
     "doctor": 2,
     "found": 2,
+    "scripting": 2,
     "store": 1,
     "models": 1,
 }
@@ -45,6 +47,7 @@ ORDER_ON_FLOOR_2 = [
     "export",
     "doctor",
     "found",
+    "scripting",
 ]
 
 

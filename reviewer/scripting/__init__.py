@@ -1,0 +1,1 @@
+"""Typed read access for scripts and notebooks: `reviewer.open(path)`."""
