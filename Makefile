@@ -30,7 +30,7 @@ test: $(DEV) ## Run all checks and tests, browser tests included
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(DEV) ## Check style and types
 	$(BIN)/ruff check .

@@ -150,17 +150,31 @@ class Killer:
                 self.killed += 1
 
     def _waiting(self):
-        """Processes that are inside open() of the pipe: the one call that blocks on it."""
-        found = []
-        for entry in Path("/proc").iterdir():
-            if not entry.name.isdigit() or int(entry.name) == os.getpid():
-                continue
-            try:
-                if "wait_for_partner" in (entry / "wchan").read_text() or any(
-                    "wait_for_partner" in (task / "wchan").read_text()
-                    for task in (entry / "task").iterdir()
-                ):
-                    found.append(int(entry.name))
-            except OSError:
-                continue
-        return found
+        """Workers of this test that are inside open() of the pipe: the one call that waits there.
+
+        Only descendants of this process are looked at: others may wait at pipes of their own.
+        """
+        processes = {int(e.name): e for e in Path("/proc").iterdir() if e.name.isdigit()}
+        return [pid for pid, entry in processes.items() if is_ours(pid) and waits(entry)]
+
+
+def is_ours(pid):
+    """Say whether a process descends from this one."""
+    while pid > 1:
+        try:
+            status = (Path("/proc") / str(pid) / "status").read_text()
+        except OSError:
+            return False
+        pid = int(next(line for line in status.splitlines() if line.startswith("PPid:")).split()[1])
+        if pid == os.getpid():
+            return True
+    return False
+
+
+def waits(entry):
+    """Say whether a thread of a process waits for somebody to open the other end of a pipe."""
+    try:
+        threads = list((entry / "task").iterdir())
+        return any("wait_for_partner" in (thread / "wchan").read_text() for thread in threads)
+    except OSError:
+        return False
