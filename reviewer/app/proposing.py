@@ -7,18 +7,17 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 
 from reviewer.app import messages as m
-from reviewer.app.details import choose_run, pair_detail
+from reviewer.app.details import pair_detail
 from reviewer.editing.proposals import Source, list_proposals
 from reviewer.editing.relabel import Relabelling
-from reviewer.errors import NotFound
 from reviewer.found.thumbnails import draw_thumbnail
 from reviewer.pipeline.settings import PipelineSettings
-from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.store.finds import find_of_region
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import list_doubtful
 from reviewer.store.reviews import annotator_id
+from reviewer.store.runs import run_or_newest
 
 
 def build_proposing(store: Store) -> APIRouter:
@@ -32,7 +31,7 @@ def build_proposing(store: Store) -> APIRouter:
     ) -> list[m.ProposalInfo]:
         """The masks that a run proposes for a pair, from one or several sources."""
         pair = pair_of_id(store, pair_id)
-        found = list_proposals(store, pair, _run(run), source)
+        found = list_proposals(store, pair, run_or_newest(store, run), source)
         return [
             m.ProposalInfo(
                 key=proposal.key,
@@ -55,7 +54,7 @@ def build_proposing(store: Store) -> APIRouter:
         request: Request, pair_id: m.Id, number: m.Number, change: m.LabelChange
     ) -> m.PairDetail:
         """Write over a label, or add one more; the answer is the pair, searched again."""
-        pair, chosen = pair_of_id(store, pair_id), _run(change.run)
+        pair, chosen = pair_of_id(store, pair_id), run_or_newest(store, change.run)
         person = annotator_id(store, str(request.state.annotator))
         relabelling.edit(chosen, pair, number, change.label, person)
         return pair_detail(store, pair_id, person, chosen)
@@ -65,7 +64,7 @@ def build_proposing(store: Store) -> APIRouter:
         run: str | None = None, limit: Annotated[int, Query(ge=1, le=5000)] = 100
     ) -> list[m.DoubtfulRegionInfo]:
         """The regions of a run that nobody judged yet, most doubtful first."""
-        chosen = _run(run)
+        chosen = run_or_newest(store, run)
         high = PipelineSettings.of_record(chosen.settings).high
         return [
             m.DoubtfulRegionInfo(
@@ -88,12 +87,6 @@ def build_proposing(store: Store) -> APIRouter:
         picture = draw_thumbnail(store, find_of_region(store, region_id))
         headers = {"Cache-Control": "private, max-age=3600"}
         return Response(picture, media_type="image/jpeg", headers=headers)
-
-    def _run(name: str | None) -> Run:
-        chosen = choose_run(store, name)
-        if chosen is None:
-            raise NotFound("there is no run yet; run `reviewer run`, or import layers")
-        return chosen
 
     return router
 

@@ -1,7 +1,7 @@
 """The command line: one function call a command; errors a user can act on end in one line, exit 2.
 
-Heavy libraries are imported inside the commands, so `reviewer --help` answers at once. Commands are
-listed in the order in which their modules are imported here.
+Heavy libraries are imported inside the commands, so `reviewer --help` answers at once. Each module
+here adds its commands; `options.ORDER` says in which order they are listed.
 """
 
 from __future__ import annotations

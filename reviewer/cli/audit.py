@@ -38,13 +38,10 @@ def report(
     from reviewer.evaluation.audit import audit_report
     from reviewer.evaluation.outcomes import refresh_terms
     from reviewer.store.audited import audit_rows
-    from reviewer.store.runs import list_runs, run_of_name
+    from reviewer.store.runs import run_or_newest
 
     with open_store(db) as store:
-        known = list_runs(store)
-        if not known:
-            raise NotFound("there is no run yet; `reviewer run` makes one")
-        chosen = run_of_name(store, run) if run else known[-1]
+        chosen = run_or_newest(store, run)
         with progress_bar(chosen.name) as bar:
             refresh_terms(store, chosen, lambda done, total: bar(done, total, "outcomes"))
         rows = audit_rows(store, chosen.id)

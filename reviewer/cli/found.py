@@ -10,7 +10,6 @@ from typing import Annotated, Literal
 import typer
 
 from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table
-from reviewer.errors import NotFound
 
 FoundFormat = Literal["table", "csv", "html"]
 
@@ -29,13 +28,10 @@ def found(
     """List what was found: name, pair, place, time, DoI, verdict."""
     from reviewer.found.listing import list_items
     from reviewer.found.page import found_page
-    from reviewer.store.runs import list_runs, run_of_name
+    from reviewer.store.runs import run_or_newest
 
     with open_store(db) as store:
-        known = list_runs(store)
-        if not known:
-            raise NotFound("there is no run yet; `reviewer run` makes one")
-        chosen = run_of_name(store, run) if run else known[-1]
+        chosen = run_or_newest(store, run)
         items = list_items(store, chosen.id, " ".join(search or []), kept=every)
         page = found_page(store, chosen.name, items) if format == "html" else ""
     rows = [item.row() for item in items]

@@ -10,11 +10,29 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
+from typer.core import TyperGroup
 
 if TYPE_CHECKING:
     from reviewer.store.database import Store
 
+ORDER = (
+    "demo serve import import-layer run runs evaluate whatif audit found export"
+    " synth train checkpoint models doctor schema"
+).split()
+"""Commands as a newcomer meets them."""
+
+
+class InOrder(TyperGroup):
+    """Lists commands in `ORDER`; one that is not named there comes last."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of the commands."""
+        known = super().list_commands(ctx)
+        return sorted(known, key=lambda name: ORDER.index(name) if name in ORDER else len(ORDER))
+
+
 app = typer.Typer(
+    cls=InOrder,
     name="reviewer",
     help="Build, review and audit change-detection ground truth on reference/live image pairs.",
     no_args_is_help=True,

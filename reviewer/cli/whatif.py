@@ -30,13 +30,10 @@ def whatif(
     """Show F under other thresholds, overlap tolerances or scopes; no mask is touched."""
     from reviewer.evaluation.outcomes import refresh_terms, run_terms
     from reviewer.evaluation.rules import rule_of_run, vary_rule
-    from reviewer.store.runs import list_runs, run_of_name
+    from reviewer.store.runs import run_or_newest
 
     with open_store(db) as store:
-        known = list_runs(store)
-        if not known:
-            raise NotFound("there is no run yet; `reviewer run` makes one")
-        chosen = run_of_name(store, run) if run else known[-1]
+        chosen = run_or_newest(store, run)
         with progress_bar(chosen.name) as bar:
             refresh_terms(store, chosen, lambda done, total: bar(done, total, "terms"))
         engine = run_terms(store, chosen).whatif

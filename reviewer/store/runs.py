@@ -92,6 +92,20 @@ def run_of_name(store: Store, name: str) -> Run:
     raise NotFound(f"run {name}: does not exist; there are {', '.join(r.name for r in runs)}")
 
 
+def run_or_newest(store: Store, name: str | None) -> Run:
+    """Return the named run, or the newest one.
+
+    Raises:
+        NotFound: when there is none of that name, or no run at all.
+    """
+    if name:
+        return run_of_name(store, name)
+    known = list_runs(store)
+    if not known:
+        raise NotFound("there is no run yet; run `reviewer run`, or import layers")
+    return known[-1]
+
+
 @dataclass(frozen=True, slots=True)
 class StageSummary:
     """A stage of a run: pairs done and failed, mean seconds a pair over those it made itself."""
