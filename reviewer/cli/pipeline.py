@@ -22,6 +22,7 @@ from reviewer.errors import InvalidInput
 
 if TYPE_CHECKING:
     from reviewer.evaluation.protocols import Protocol
+    from reviewer.evaluation.tables import Line
     from reviewer.records import Run
     from reviewer.store.database import Store
 
@@ -129,6 +130,9 @@ def evaluate(
     table_a: Annotated[
         bool, typer.Option("--table-a", help="One line a run: mean F without and with DoI.")
     ] = False,
+    figure_e: Annotated[
+        Path | None, typer.Option(help="Write bars of F by split, .png, .pdf or .svg.")
+    ] = None,
     format: Annotated[FormatName, typer.Option(help="How to write it.")] = "table",
     db: Database = DEFAULT_DB,
 ) -> None:
@@ -137,7 +141,11 @@ def evaluate(
 
     chosen = Protocol(protocol, empty, weight, by)
     with open_store(db) as store:
-        print_scores(store, run, format, chosen, table_a=table_a)
+        lines = print_scores(store, run, format, chosen, table_a=table_a)
+    if figure_e is not None:
+        from reviewer.evaluation.split_figure import draw_splits
+
+        draw_splits(lines, figure_e)
 
 
 def run_stages(
@@ -213,7 +221,7 @@ def print_scores(
     protocol: Protocol | None = None,
     *,
     table_a: bool = False,
-) -> None:
+) -> list[Line]:
     from reviewer.evaluation.counting import refresh_counts
     from reviewer.evaluation.protocols import Protocol, protocol_lines
     from reviewer.evaluation.tables import METHOD_TITLE, format_lines, format_rows, table_a_rows
@@ -231,10 +239,10 @@ def print_scores(
             print_table(rows, title=f"mean F ({chosen.kind})")
         else:
             typer.echo(format_rows(rows, form))
-        return
+        return lines
     if form != "table":
         typer.echo(format_lines(lines, form))
-        return
+        return lines
     cells = [
         {
             "run": line.run,
@@ -249,3 +257,4 @@ def print_scores(
     ]
     mean = f"mean over {chosen.weight}"
     print_table(cells, title=f"{chosen.kind} by {chosen.group}, {mean}", sections="mean")
+    return lines

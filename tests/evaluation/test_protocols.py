@@ -109,3 +109,6 @@ def test_the_command_takes_a_protocol(db, run, tiny_split):
     assert [line["f_score"] for line in pooled] != [line["f_score"] for line in means]
     assert json.loads(call("--table-a", "--format", "json"))[0]["run"] == run.name
     assert "pooled by workspace" in call("--by", "workspace")
+    call("--figure-e", str(db.path.with_name("bars.svg")))
+    drawn = db.path.with_name("bars.svg").read_text()
+    assert drawn.count("<svg") == 1 and len(drawn) > 5000
