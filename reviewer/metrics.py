@@ -6,7 +6,7 @@ named: with `zero_over_zero=0.0` (the default) a score without any positive is 0
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -73,18 +73,28 @@ def f_score(counts: Counts, *, zero_over_zero: float = 0.0) -> float:
 
 
 def boundary_f(predicted: Mask, truth: Mask, tolerance_px: float) -> float:
-    """Return the boundary F-score of two bool (H, W) masks, in [0, 1].
+    """Return the boundary F-score of two bool (H, W) masks, in [0, 1]; see `boundary_scores`."""
+    return boundary_scores(predicted, truth, (tolerance_px,))[0]
 
-    A boundary pixel is right when the other boundary passes within `tolerance_px` of it. Two empty
+
+def boundary_scores(
+    predicted: Mask, truth: Mask, tolerances_px: Sequence[float]
+) -> tuple[float, ...]:
+    """Return the boundary F-scores of two bool (H, W) masks at several tolerances, in [0, 1].
+
+    A boundary pixel is right when the other boundary passes within the tolerance of it. Two empty
     masks agree (1); an empty and a filled one do not (0). Source: Perazzi et al., DAVIS (CVPR
-    2016), with a tolerance in pixels.
+    2016), with tolerances in pixels.
     """
     ours, theirs = boundary(predicted), boundary(truth)
     if not ours.any() or not theirs.any():
-        return float(ours.any() == theirs.any())
-    right = float(np.mean(_distance_to(theirs)[ours] <= tolerance_px))
-    found = float(np.mean(_distance_to(ours)[theirs] <= tolerance_px))
-    return _ratio(2 * right * found, right + found, 0.0)
+        return (float(ours.any() == theirs.any()),) * len(tolerances_px)
+    to_theirs, to_ours = _distance_to(theirs)[ours], _distance_to(ours)[theirs]
+    scores = []
+    for tolerance in tolerances_px:
+        right, found = float(np.mean(to_theirs <= tolerance)), float(np.mean(to_ours <= tolerance))
+        scores.append(_ratio(2 * right * found, right + found, 0.0))
+    return tuple(scores)
 
 
 def _distance_to(mask: Mask) -> npt.NDArray[np.float32]:

@@ -130,6 +130,9 @@ def evaluate(
     table_a: Annotated[
         bool, typer.Option("--table-a", help="One line a run: mean F without and with DoI.")
     ] = False,
+    shapes: Annotated[
+        bool, typer.Option("--shapes", help="Objects found at IoU 0.1, 0.25, 0.5, and borders.")
+    ] = False,
     figure_e: Annotated[
         Path | None, typer.Option(help="Write bars of F by split, .png, .pdf or .svg.")
     ] = None,
@@ -141,11 +144,29 @@ def evaluate(
 
     chosen = Protocol(protocol, empty, weight, by)
     with open_store(db) as store:
+        if shapes:
+            _print_shapes(store, run, format)
+            return
         lines = print_scores(store, run, format, chosen, table_a=table_a)
     if figure_e is not None:
         from reviewer.evaluation.split_figure import draw_splits
 
         draw_splits(lines, figure_e)
+
+
+def _print_shapes(store: Store, run: str | None, form: FormatName) -> None:
+    from reviewer.evaluation.shapes import shape_rows
+    from reviewer.evaluation.tables import format_rows
+    from reviewer.store.runs import run_of_name
+
+    if run is not None:
+        run_of_name(store, run)
+    with progress_bar("masks") as bar:
+        rows = shape_rows(store, run, lambda done, total: bar(done, total, ""))
+    if form == "table":
+        print_table(rows, title="objects found at an IoU, and mean boundary F")
+    else:
+        typer.echo(format_rows(rows, form))
 
 
 def run_stages(

@@ -39,6 +39,50 @@ class PairScore:
     counts: Counts
 
 
+@dataclass(frozen=True, slots=True)
+class MaskPair:
+    """A prediction and the newest ground truth of its pair."""
+
+    run: str
+    method: Method
+    prediction: Rle
+    truth: Rle
+    ignore: Rle | None
+
+
+def mask_pair_keys(store: Store, run: str | None = None) -> list[tuple[int, int, Method]]:
+    """Return (run id, pair id, method) of every prediction of a pair with ground truth."""
+    rows = store.read().execute(
+        "SELECT p.run_id, p.pair_id, p.method FROM predictions p JOIN runs r ON r.id = p.run_id"
+        " WHERE (?1 IS NULL OR r.name = ?1)"
+        " AND p.pair_id IN (SELECT pair_id FROM mask_revisions) ORDER BY 1, 2, 3",
+        [run],
+    )
+    return [(row["run_id"], row["pair_id"], row["method"]) for row in rows]
+
+
+def mask_pair(store: Store, run_id: int, pair_id: int, method: Method) -> MaskPair:
+    """Return a prediction with the newest ground truth of its pair."""
+    row = (
+        store.read()
+        .execute(
+            "SELECT p.*, r.name, t.rle AS t_rle, t.area AS t_area, t.ignore_rle FROM predictions p"
+            " JOIN runs r ON r.id = p.run_id JOIN ground_truth t ON t.pair_id = p.pair_id"
+            " WHERE p.run_id = ? AND p.pair_id = ? AND p.method = ?",
+            [run_id, pair_id, method],
+        )
+        .fetchone()
+    )
+    truth, ignore = _truth_of_row(row)
+    return MaskPair(row["name"], method, rle_of_row(row), truth, ignore)
+
+
+def _truth_of_row(row: sqlite3.Row) -> tuple[Rle, Rle | None]:
+    height, width, ignore = row["height"], row["width"], row["ignore_rle"]
+    truth = Rle(height, width, row["t_rle"], row["t_area"], (0, 0, 0, 0))
+    return truth, Rle(height, width, ignore, 0, (0, 0, 0, 0)) if ignore else None
+
+
 def stale_scores(store: Store, pair_id: int | None = None) -> list[StaleScore]:
     """Return the predictions to count again, of one pair or of all."""
     query = """
@@ -49,9 +93,7 @@ def stale_scores(store: Store, pair_id: int | None = None) -> list[StaleScore]:
     """
     found = []
     for row in store.read().execute(query, [pair_id]):
-        height, width = row["height"], row["width"]
-        truth = Rle(height, width, row["t_rle"], row["t_area"], (0, 0, 0, 0))
-        ignore = row["ignore_rle"]
+        truth, ignore = _truth_of_row(row)
         found.append(
             StaleScore(
                 row["run_id"],
@@ -60,7 +102,7 @@ def stale_scores(store: Store, pair_id: int | None = None) -> list[StaleScore]:
                 rle_of_row(row),
                 row["revision"],
                 truth,
-                Rle(height, width, ignore, 0, (0, 0, 0, 0)) if ignore else None,
+                ignore,
             )
         )
     return found

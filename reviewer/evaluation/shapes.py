@@ -1,0 +1,124 @@
+"""Scores that pixels do not tell: how many objects were found, and how well their borders lie.
+
+Objects are 8-connected components. A found object and a true one match when their IoU reaches a
+threshold, the best pairs first, each once. Borders are compared as in `metrics.boundary_f`. Both
+look at masks, so they take seconds where stored counts take milliseconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from os import cpu_count
+
+import numpy as np
+
+from reviewer.evaluation.tables import METHOD_TITLE
+from reviewer.masks import Mask, components, crop_to_box, decode_rle
+from reviewer.metrics import Counts, boundary_scores, precision, recall, total
+from reviewer.records import Method
+from reviewer.store.database import Store
+from reviewer.store.scores import MaskPair, mask_pair, mask_pair_keys
+
+IOUS = (0.1, 0.25, 0.5)
+TOLERANCES_PX = (1, 2, 3)
+
+
+@dataclass(frozen=True, slots=True)
+class ShapeScore:
+    """Objects and borders of one method on one pair.
+
+    Attributes:
+        objects: TP, FP, FN objects at each IoU of `IOUS`.
+        borders: boundary F at each tolerance of `TOLERANCES_PX`; None where neither mask has any
+            pixel.
+    """
+
+    objects: tuple[Counts, ...]
+    borders: tuple[float, ...] | None
+
+
+def score_shapes(predicted: Mask, truth: Mask, ignore: Mask | None = None) -> ShapeScore:
+    """Compare two bool (H, W) masks; pixels of `ignore` belong to neither."""
+    if ignore is not None and ignore.any():
+        predicted, truth = predicted & ~ignore, truth & ~ignore
+    around = crop_to_box(predicted | truth)
+    if around is None:
+        return ShapeScore(tuple(Counts() for _ in IOUS), None)
+    # Nothing outside this window matters, but a border needs a pixel beyond it.
+    x0, y0, x1, y1 = around.box_xyxy
+    window = np.s_[max(0, y0 - 1) : y1 + 1, max(0, x0 - 1) : x1 + 1]
+    ours, theirs = (np.ascontiguousarray(mask[window]) for mask in (predicted, truth))
+    return ShapeScore(_matched(ours, theirs), boundary_scores(ours, theirs, TOLERANCES_PX))
+
+
+def _matched(predicted: Mask, truth: Mask) -> tuple[Counts, ...]:
+    ours, found = components(predicted)
+    theirs, true = components(truth)
+    both = predicted & truth
+    pairs, shared = np.unique(
+        np.stack([ours[both], theirs[both]], axis=1).reshape(-1, 2), axis=0, return_counts=True
+    )
+    matches = []
+    for (i, j), pixels in zip(pairs.tolist(), shared.tolist(), strict=True):
+        matches.append((pixels / (found[i - 1].area + true[j - 1].area - pixels), i, j))
+    matches.sort(key=lambda match: (-match[0], match[1], match[2]))
+    counts = []
+    for least in IOUS:
+        taken_ours: set[int] = set()
+        taken_theirs: set[int] = set()
+        for iou, i, j in matches:
+            if iou >= least and i not in taken_ours and j not in taken_theirs:
+                taken_ours.add(i)
+                taken_theirs.add(j)
+        tp = len(taken_ours)
+        counts.append(Counts(tp, len(found) - tp, len(true) - tp))
+    return tuple(counts)
+
+
+def shape_rows(
+    store: Store,
+    run: str | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> list[dict[str, str | float]]:
+    """Return a row a run and method: object precision and recall, and mean boundary F.
+
+    Objects are pooled over all pairs; boundary F is the mean over pairs in which anything has
+    changed or was found.
+    """
+    keys = mask_pair_keys(store, run)
+    found: dict[tuple[str, Method], list[ShapeScore]] = {}
+
+    def work(key: tuple[int, int, Method]) -> tuple[str, Method, ShapeScore]:
+        item = mask_pair(store, *key)
+        return item.run, item.method, _score(item)
+
+    with ThreadPoolExecutor(cpu_count() or 1) as pool:
+        for number, (name, method, score) in enumerate(pool.map(work, keys), start=1):
+            found.setdefault((name, method), []).append(score)
+            progress(number, len(keys))
+    order = list(METHOD_TITLE)
+    return [
+        _row(name, method, scores)
+        for (name, method), scores in sorted(
+            found.items(), key=lambda entry: (entry[0][0], order.index(entry[0][1]))
+        )
+    ]
+
+
+def _score(item: MaskPair) -> ShapeScore:
+    ignore = decode_rle(item.ignore) if item.ignore else None
+    return score_shapes(decode_rle(item.prediction), decode_rle(item.truth), ignore)
+
+
+def _row(run: str, method: Method, scores: Sequence[ShapeScore]) -> dict[str, str | float]:
+    row: dict[str, str | float] = {"run": run, "method": METHOD_TITLE[method]}
+    for k, least in enumerate(IOUS):
+        counts = total(score.objects[k] for score in scores)
+        row[f"P@{least:g}"], row[f"R@{least:g}"] = precision(counts), recall(counts)
+    borders = [score.borders for score in scores if score.borders is not None]
+    means = np.mean(borders, axis=0) if borders else [float("nan")] * len(TOLERANCES_PX)
+    for tolerance, mean in zip(TOLERANCES_PX, means, strict=True):
+        row[f"border {tolerance} px"] = float(mean)
+    return row
