@@ -14,7 +14,7 @@ from reviewer.app.desks import Desk
 from reviewer.errors import NotFound
 from reviewer.found.listing import Item, list_items
 from reviewer.found.names import UNNAMED
-from reviewer.store.finds import name_finds
+from reviewer.store.finds import finds_version, name_finds
 
 ROWS = 6
 
@@ -27,6 +27,7 @@ class FoundPanel:
         self._desk = desk
         self._page = 0
         self._items: list[Item] = []
+        self._listed: object = None
         self._filling = False
         gui = client.gui
         with panel.add_tab("Found"):
@@ -83,7 +84,12 @@ class FoundPanel:
         desk = self._desk
         with desk.lock:
             run = desk.chosen_run
-            self._items = [] if run is None else list_items(desk.store, run.id, self._search.value)
+            version = None if run is None else finds_version(desk.store, run.id)
+            wanted = (version, self._search.value)
+            if wanted != self._listed:
+                self._listed = wanted
+                found = [] if run is None else list_items(desk.store, run.id, self._search.value)
+                self._items = found
             last = max(0, (len(self._items) - 1) // ROWS)
             self._page = min(max(self._page, 0), last)
             self._summary.content = _summary(self._items, self._page, last)

@@ -182,13 +182,15 @@ def run_stages(
     folders: Mapping[str, Path] | None = None,
 ) -> None:
     """Open the run, bring in the layers of `folders`, do the stages; exit 1 when pairs failed."""
-    from reviewer.pipeline.members import build_members
-    from reviewer.pipeline.runner import prepare_run, run_pipeline
+    from reviewer.pipeline.members import Members, build_members
+    from reviewer.pipeline.runner import prepare_run, run_pipeline, works_here
     from reviewer.store.pairs import pair_ids
     from reviewer.store.results import STAGES
 
-    members = build_members(settings)
+    members: Members | None = build_members(settings)
     opened = prepare_run(store, name, settings, members)
+    if not works_here(engine, workers):
+        members = None  # every worker builds its own; the memory is needed for those
     for place, folder in (folders or {}).items():
         _bring_in(store, opened, place, folder, split)
     with progress_bar(opened.name) as bar:

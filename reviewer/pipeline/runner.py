@@ -134,6 +134,11 @@ def run_pipeline(
     return report
 
 
+def works_here(engine: EngineName, workers: int) -> bool:
+    """Say whether pairs are done in this process, with models that are built in it."""
+    return engine == "local" and (workers == 1 or _has_gpu())
+
+
 def _engine(
     settings: PipelineSettings,
     engine: EngineName,
@@ -147,7 +152,7 @@ def _engine(
         return RayEngine(settings, workers, address)
     from reviewer.pipeline.engines.local import InProcess, Processes
 
-    if workers == 1 or _has_gpu():
+    if works_here(engine, workers):
         return InProcess(settings, members or build_members(settings), workers)
     return Processes(settings, workers)
 

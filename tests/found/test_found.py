@@ -2,6 +2,7 @@
 
 import csv
 import io
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -14,7 +15,8 @@ from reviewer.errors import NotFound
 from reviewer.found.listing import list_items
 from reviewer.found.names import UNNAMED, merge_name
 from reviewer.found.thumbnails import RIM, SIDE, draw_thumbnail
-from reviewer.store.finds import find_of_region, name_finds
+from reviewer.store.finds import find_of_region, finds_version, name_finds
+from reviewer.store.results import edit_label
 from reviewer.store.reviews import annotator_id
 
 
@@ -134,3 +136,19 @@ def test_names_are_text_in_the_page_not_markup(db, labelled, tmp_path):
 def test_a_database_without_a_run_says_so(db, tiny_split):
     result = call("found", "--db", str(db.path))
     assert isinstance(result.exception, NotFound) and "reviewer run" in str(result.exception)
+
+
+def test_the_version_changes_with_all_that_the_list_shows(db, labelled):
+    seen = [finds_version(db, labelled.id)]
+    region = list_items(db, labelled.id)[0].find.region_id
+    ada = annotator_id(db, "Ada")
+    for change in (
+        lambda: name_finds(db, [region], "pen", ada),
+        lambda: name_finds(db, [region], "", ada),
+        lambda: give_verdict(db, region, ada, "keep"),
+        lambda: edit_label(db, labelled.id, 1, 0, "wallet", ada),
+    ):
+        change()
+        seen.append(finds_version(db, labelled.id))
+    assert all(a != b for a, b in pairwise(seen))
+    assert finds_version(db, labelled.id) == seen[-1]
