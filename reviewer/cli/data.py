@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 LayoutName = Literal["sequence", "t0t1"]
 PolarityName = Literal["auto", "white", "black"]
 LayerName = Literal["alignment", "detection", "live-objects", "reference-objects"]
-ExportName = Literal["png", "coco", "t0t1", "folds"]
+ExportName = Literal["png", "coco", "t0t1", "folds", "webdataset"]
 IgnoreName = Literal["separate", "255", "none"]
 FoldName = Literal["same-split", "split", "workspace"]
 
@@ -110,14 +110,15 @@ def export(
 ) -> None:
     """Export masks, all-zero ones included; whole or not at all, with hashes in a manifest.
 
-    png: a tree of masks; coco: one JSON file; t0t1: pictures and masks to train on; folds: lists
-    of pairs to train and to test on.
+    png: a tree of masks; coco: one JSON file; t0t1: pictures and masks to train on; webdataset: the
+    same as tar shards; folds: lists of pairs to train and to test on.
     """
     from reviewer.export.coco import export_coco
     from reviewer.export.folds import export_folds
     from reviewer.export.png import export_png
     from reviewer.export.selection import Selection, select_labelled
     from reviewer.export.t0t1 import export_t0t1
+    from reviewer.export.webdataset import export_webdataset
     from reviewer.store.runs import run_of_name
 
     selection = Selection(
@@ -134,6 +135,8 @@ def export(
             count = export_coco(labelled, target)
         elif format == "png":
             count = export_png(labelled, target, selection)
+        elif format == "webdataset":
+            count = export_webdataset(labelled, target, selection)
         elif format == "t0t1":
             warper = run_of_name(store, warped_by) if warped_by else None
             count = export_t0t1(store, labelled, target, selection, warped_by=warper, ignore=ignore)

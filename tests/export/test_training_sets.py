@@ -2,6 +2,10 @@
 
 import hashlib
 import json
+import pickle
+import subprocess
+import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -16,7 +20,8 @@ from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.export.folds import export_folds, make_folds
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.export.t0t1 import export_t0t1
-from reviewer.masks import decode_rle, encode_rle
+from reviewer.export.webdataset import export_webdataset
+from reviewer.masks import decode_png, decode_rle, encode_rle
 from reviewer.pipeline.stored import warped_reference
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
@@ -142,6 +147,33 @@ def test_final_masks_of_a_run_take_the_place_of_ground_truth(db, run, tiny_split
     assert without == [] and [item.origin for item in labelled] == [{"run": run.name}] * 3
     for item in labelled:
         assert item.mask == load_final_mask(db, run.id, item.pair.id)
+
+
+def test_shards_are_read_by_webdataset_and_masks_are_the_same(db, tiny_split, ill_posed, tmp_path):
+    labelled, _ = select_labelled(db, ALL)
+    assert export_webdataset(labelled, tmp_path / "set", ALL, pairs_a_shard=2) == 3
+    shards = sorted(str(path) for path in (tmp_path / "set").glob("*.tar"))
+    assert [Path(shard).name for shard in shards] == ["cs1-000000.tar", "cs1-000001.tar"]
+    # In a process of its own: the library leaves its files to the garbage collector.
+    code = (
+        "import pickle, sys, webdataset;"
+        "found = list(webdataset.WebDataset(sys.argv[1:], shardshuffle=False));"
+        "sys.stdout.buffer.write(pickle.dumps(found))"
+    )
+    read = subprocess.run([sys.executable, "-c", code, *shards], check=True, capture_output=True)
+    samples = pickle.loads(read.stdout)
+    assert [sample["__key__"] for sample in samples] == ["0000", "0001", "0002"]
+    for pair, sample in zip(tiny_split, samples, strict=True):
+        truth = decode_rle(newest_revision(db, pair.id).mask)
+        assert (decode_png(sample["mask.png"]) == truth).all()
+        assert sample["t1.png"] == pair.live.path.read_bytes()
+        assert sample["t0.png"] == pair.reference.path.read_bytes()
+        assert json.loads(sample["json"])["pair"] == pair.title
+    assert (decode_png(samples[0]["ignore.png"]) == ill_posed[1]).all()
+    export_webdataset(labelled, tmp_path / "again", ALL, pairs_a_shard=2)
+    for shard in shards:
+        again = tmp_path / "again" / Path(shard).name
+        assert again.read_bytes() == Path(shard).read_bytes()
 
 
 @pytest.fixture

@@ -1,0 +1,86 @@
+"""`webdataset`: tar shards that stream: `<split>-000000.tar` with t0, t1, mask and json a pair.
+
+Members are `<pair>.t0.png` (or the picture's own format), `<pair>.t1.png`, `<pair>.mask.png` of 0
+and 255, `<pair>.ignore.png` where there is one, and `<pair>.json`. They have no times and no
+owners: the same export gives the same bytes. A shard holds pairs of one split, so folds can be
+read by shard.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import tarfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from reviewer.atomic import whole_folder
+from reviewer.errors import InvalidInput, NotFound
+from reviewer.export.manifest import pair_entry, write_manifest
+from reviewer.export.selection import Labelled, Selection
+from reviewer.masks import decode_rle, encode_png
+
+PAIRS_A_SHARD = 256
+
+
+def export_webdataset(
+    labelled: Sequence[Labelled],
+    target: Path,
+    selection: Selection,
+    pairs_a_shard: int = PAIRS_A_SHARD,
+) -> int:
+    """Write shards and a manifest; return the number of pairs.
+
+    Raises:
+        Conflict: when `target` exists and is not empty.
+        NotFound: when an image is gone.
+        InvalidInput: for a pair whose name holds a full stop, which ends a key.
+    """
+    entries: list[dict[str, Any]] = []
+    with whole_folder(target) as folder:
+        for name, items in _shards(labelled, pairs_a_shard):
+            with tarfile.open(folder / name, "w", format=tarfile.USTAR_FORMAT) as tar:
+                for item in items:
+                    files = _files(item)
+                    for path, data in files.items():
+                        member = tarfile.TarInfo(path)
+                        member.size, member.mode = len(data), 0o644
+                        tar.addfile(member, io.BytesIO(data))
+                    entries.append({"shard": name, **pair_entry(item, files)})
+        settings = {**selection.record(), "pairs_a_shard": pairs_a_shard}
+        write_manifest(folder, "webdataset", settings, entries)
+    return len(labelled)
+
+
+def _shards(labelled: Sequence[Labelled], size: int) -> Iterator[tuple[str, Sequence[Labelled]]]:
+    for split in dict.fromkeys(item.pair.split for item in labelled):
+        own = [item for item in labelled if item.pair.split == split]
+        for number, start in enumerate(range(0, len(own), size)):
+            yield f"{split}-{number:06d}.tar", own[start : start + size]
+
+
+def _files(item: Labelled) -> dict[str, bytes]:
+    pair = item.pair
+    if "." in pair.name:
+        raise InvalidInput(
+            f"pair {pair.title}: its name holds a full stop, where WebDataset ends a key"
+        )
+    about = {"pair": pair.title, "split": pair.split, "area": item.mask.area, **item.origin}
+    files = {
+        f"t0{pair.reference.path.suffix.lower()}": _read(pair.reference.path),
+        f"t1{pair.live.path.suffix.lower()}": _read(pair.live.path),
+        "mask.png": encode_png(decode_rle(item.mask)),
+        "json": json.dumps(about, sort_keys=True).encode(),
+    }
+    ignore = item.ignore()
+    if ignore is not None:
+        files["ignore.png"] = encode_png(ignore)
+    return {f"{pair.name}.{end}": data for end, data in sorted(files.items())}
+
+
+def _read(path: Path) -> bytes:
+    try:
+        return path.read_bytes()
+    except FileNotFoundError as error:
+        raise NotFound(f"{path}: is gone, so it cannot be exported") from error
