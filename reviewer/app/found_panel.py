@@ -1,6 +1,7 @@
 """Lost and found in Viser: what the run found, with pictures, searched, renamed, opened.
 
-A name that is changed changes for every find of that name that is listed; the labels stay.
+A name that is changed changes for every find of that name that is listed; of those without a name
+only one is named at a time. The labels stay.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import viser
 
 from reviewer.app.desks import Desk
 from reviewer.errors import NotFound
-from reviewer.found.listing import Item, list_items
+from reviewer.found.listing import Item, list_items, named_alike
 from reviewer.found.names import UNNAMED
 from reviewer.store.finds import finds_version, name_finds
 
@@ -66,9 +67,9 @@ class FoundPanel:
             text = " ".join(name.value.split()).lower()
             if self._filling or item is None or text == item.name:
                 return
-            alike = [other.find.region_id for other in self._items if other.name == item.name]
+            regions = named_alike(self._items, item)
             try:
-                name_finds(self._desk.store, alike, text, self._desk.annotator_id)
+                name_finds(self._desk.store, regions, text, self._desk.annotator_id)
             except NotFound as error:
                 client.add_notification("Not renamed", str(error), color="red")
             self.draw()

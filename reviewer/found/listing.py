@@ -80,6 +80,14 @@ def list_items(store: Store, run_id: int, search: str = "", *, kept: bool = Fals
     return sorted(items, key=lambda i: (i.name == UNNAMED, -often[i.name], i.name))
 
 
+def named_alike(items: Sequence[Item], item: Item) -> list[int]:
+    """Return the regions of a list that a new name of an item is for: all of its name, but of
+    those that have no name only itself."""
+    if item.name == UNNAMED:
+        return [item.find.region_id]
+    return [other.find.region_id for other in items if other.name == item.name]
+
+
 def _holds(item: Item, words: Sequence[str]) -> bool:
     text = " ".join(str(value) for value in item.row().values()).lower()
     text = f"{text} {item.find.labels.lower()}"

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from reviewer.cli import app
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import NotFound
-from reviewer.found.listing import list_items
+from reviewer.found.listing import list_items, named_alike
 from reviewer.found.names import UNNAMED, merge_name
 from reviewer.found.thumbnails import RIM, SIDE, draw_thumbnail
 from reviewer.store.finds import find_of_region, finds_version, name_finds
@@ -64,6 +64,15 @@ def test_a_given_name_counts_before_the_label_and_can_be_taken_back(db, labelled
     assert {item.name for item in list_items(db, labelled.id)} == {"pen"}
     with pytest.raises(NotFound, match="does not exist any more"):
         name_finds(db, [region, 999], "pen", ada)
+
+
+def test_a_new_name_is_for_all_of_that_name_but_for_one_that_has_none(db, run, labelled):
+    items = list_items(db, labelled.id)
+    assert named_alike(items, items[0]) == [item.find.region_id for item in items]
+    db.write(lambda c: c.execute("UPDATE objects SET label = ''"))
+    nameless = list_items(db, labelled.id)
+    assert {item.name for item in nameless} == {UNNAMED}
+    assert named_alike(nameless, nameless[1]) == [nameless[1].find.region_id]
 
 
 def test_verdicts_decide_what_was_found(db, labelled):
