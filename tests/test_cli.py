@@ -264,6 +264,7 @@ def test_runs_are_listed_shown_compared_and_deleted(folder):
      (["--segmenter", "oversegment:here"], "it takes no path"),
      (["--labeller", "vocabulary"], "needs words"),
      (["--labeller", "vocabulary:none.json"], "cannot be read"),
+     (["--segmenter", "grounded-sam"], "searches for names, but labeller none gives none"),
      (["--address", "auto"], "is for --engine ray")],
 )  # fmt: skip
 def test_what_a_run_cannot_do_is_said_at_once(folder, given, message):

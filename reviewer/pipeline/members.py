@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from reviewer.errors import InvalidInput
 from reviewer.models.interfaces import Aligner, Detector, Labeller, Segmenter
 from reviewer.models.registry import (
     build_aligner,
     build_labeller,
     build_segmenter,
     open_detector,
+    segmenter_reads,
     settings_of,
 )
 from reviewer.pipeline.settings import IMPORTED, PipelineSettings
@@ -46,10 +48,16 @@ def build_members(settings: PipelineSettings) -> Members:
     """Build the models that a run names.
 
     Raises:
-        InvalidInput: for an unknown name or setting, or weights that cannot be loaded.
+        InvalidInput: for an unknown name or setting, weights that cannot be loaded, or a segmenter
+            that searches for names when nothing names any.
     """
     own = settings.model_settings
     aligner, detector, segmenter = settings.aligner, settings.detector, settings.segmenter
+    if settings.labeller == "none" and "labels" in segmenter_reads(segmenter):
+        raise InvalidInput(
+            f"segmenter {segmenter}: searches for names, but labeller none gives none; use"
+            " --labeller vocabulary:FILE.json, llava or llava-alpha"
+        )
     return Members(
         None if aligner == IMPORTED else build_aligner(aligner, own.get("align")),
         None if detector == IMPORTED else open_detector(detector, own.get("detect")),
