@@ -1,1 +1,1 @@
-"""The paper's pipeline over the store: align -> detect -> search -> integrate."""
+"""The paper's pipeline: align, detect, label, search, integrate; planned, resumed, on any engine."""
