@@ -1,1 +1,1 @@
-"""The paper's pipeline: align, detect, label, search, integrate; planned, resumed, on any engine."""
+"""The paper's pipeline: align, detect, label, search, integrate; planned and resumed, anywhere."""
