@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 from pathlib import Path
 
 import pytest
@@ -94,8 +95,6 @@ def test_ray_makes_what_local_makes_byte_for_byte(db, tiny_split):
     ray_settings = PipelineSettings(model_settings={"align": {"disagreement_px": 1.5000001}})
     ray_run = prepare_run(db, "ray", ray_settings)
     first = run_pipeline(db, local, pair_ids(db))
-    import ray
-
     try:
         second = run_pipeline(db, ray_run, pair_ids(db), engine="ray", workers=2)
         assert (first.done, second.done, second.failures) == (3, 3, [])
@@ -103,8 +102,9 @@ def test_ray_makes_what_local_makes_byte_for_byte(db, tiny_split):
         ours.pop("results"), theirs.pop("results")
         assert ours == theirs
         lost_worker(db, tiny_split)
+        assert os.environ["RAY_AUTH_MODE"] == "token"
     finally:
-        ray.shutdown()
+        sys.modules["ray"].shutdown()
 
 
 def lost_worker(db, tiny_split):

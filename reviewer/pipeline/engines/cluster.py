@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import logging
 import os
+import secrets
 import socket
+import sys
 from collections.abc import Iterable, Iterator
 from typing import Any
 
@@ -47,6 +49,11 @@ class RayEngine:
         """
         # Ray reports its use to its makers otherwise; a lab's data set is nobody's business.
         os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+        if address is None and "ray" not in sys.modules and "RAY_AUTH_MODE" not in os.environ:
+            # Even a cluster of one machine listens on the network: only we get in. Ray reads this
+            # when it is imported, so a program that has done so decides for itself.
+            os.environ["RAY_AUTH_MODE"] = "token"
+            os.environ.setdefault("RAY_AUTH_TOKEN", secrets.token_hex(32))
         try:
             import ray
         except ImportError as error:
