@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -26,6 +24,7 @@ def found(
     db: Database = DEFAULT_DB,
 ) -> None:
     """List what was found: name, pair, place, time, DoI, verdict."""
+    from reviewer.evaluation.tables import csv_text
     from reviewer.found.listing import list_items
     from reviewer.found.page import found_page
     from reviewer.store.runs import run_or_newest
@@ -38,12 +37,8 @@ def found(
     if format == "html":
         _write(page, output)
     elif format == "csv":
-        buffer = io.StringIO()
         columns = ("name", "pair", "seen from", "when", "DoI", "verdict")
-        writer = csv.DictWriter(buffer, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        _write(buffer.getvalue(), output)
+        _write(csv_text(rows, columns) + "\n", output)
     else:
         print_table(rows, title=f"found by run {chosen.name}")
     if output and format != "table":

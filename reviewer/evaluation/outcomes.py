@@ -6,7 +6,13 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from reviewer.evaluation.terms import ObjectTerms, PairTerms, pair_terms, region_counts
+from reviewer.evaluation.terms import (
+    ObjectTerms,
+    PairTerms,
+    pair_terms,
+    region_counts,
+    scored_pixels,
+)
 from reviewer.evaluation.whatif import WhatIf
 from reviewer.masks import components, crop_of_rle, decode_rle, merge_rles, read_rle
 from reviewer.metrics import Counts, f_score
@@ -100,8 +106,7 @@ def _make(store: Store, run: Run, pair: StaleTerms) -> Made:
     past = [thing.mask for thing in objects if thing.side == "reference"]
     valid = decode_rle(alignment.valid) if alignment else None
     terms = pair_terms(change, live, merge_rles(past, height, width), valid, truth, ignore)
-    right = truth if ignore is None else truth & ~ignore
-    wrong = ~truth if ignore is None else ~truth & ~ignore
+    right, wrong = scored_pixels(truth, ignore)
     _, parts = components(change)
     regions = {
         stored.id: region_counts(stored.region, live, parts, right, wrong)

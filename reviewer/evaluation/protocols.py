@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from reviewer.evaluation.predicting import Interval
-from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line
+from reviewer.evaluation.tables import METHOD_TITLE, Line, mean_line
 from reviewer.metrics import Counts, f_score, precision, recall, total
 from reviewer.records import Method
 from reviewer.store.scores import PairScore
@@ -59,7 +59,8 @@ def protocol_lines(scores: Sequence[PairScore], protocol: Protocol) -> list[Line
         own = [
             _line(run, method, name, counts, protocol) for name, counts in sorted(groups.items())
         ]
-        lines += [*own, _mean(run, method, own, protocol.weight)]
+        images = [float(line.pairs) for line in own] if protocol.weight == "images" else None
+        lines += [*own, mean_line(own, images)]
     return lines
 
 
@@ -95,17 +96,6 @@ def _per_image(counts: list[Counts], protocol: Protocol) -> tuple[float, float, 
     if protocol.kind == "mean_pr":
         f = 2 * p * r / (p + r) if p + r else 0.0
     return p, r, f
-
-
-def _mean(run: str, method: Method, lines: Sequence[Line], weight: Weight) -> Line:
-    share = np.array([line.pairs if weight == "images" else 1 for line in lines], np.float64)
-    share /= share.sum()
-    p, r, f = (
-        float(share @ np.array([getattr(line, name) for line in lines]))
-        for name in ("precision", "recall", "f_score")
-    )
-    pairs = sum(line.pairs for line in lines)
-    return Line(run, method, MEAN, pairs, total(line.counts for line in lines), p, r, f)
 
 
 def paired_change(

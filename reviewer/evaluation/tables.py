@@ -57,24 +57,28 @@ def table_lines(scores: Sequence[Score]) -> list[Line]:
         groups.setdefault((s.run, s.method), []).append(line)
     lines: list[Line] = []
     order = list(METHOD_TITLE)
-    for (run, method), own in sorted(groups.items(), key=lambda g: (g[0][0], order.index(g[0][1]))):
+    for _, own in sorted(groups.items(), key=lambda g: (g[0][0], order.index(g[0][1]))):
         lines += own
-        lines.append(_mean(run, method, own))
+        lines.append(mean_line(own))
     return lines
 
 
-def _mean(run: str, method: Method, lines: Sequence[Line]) -> Line:
-    number = len(lines)
-    return Line(
-        run,
-        method,
-        MEAN,
-        sum(line.pairs for line in lines),
-        sum((line.counts for line in lines), Counts()),
-        sum(line.precision for line in lines) / number,
-        sum(line.recall for line in lines) / number,
-        sum(line.f_score for line in lines) / number,
+def mean_line(lines: Sequence[Line], weights: Sequence[float] | None = None) -> Line:
+    """Return the mean of a run's lines by one method; they weigh alike unless `weights` says so."""
+    shares = weights or [1.0] * len(lines)
+    whole = sum(shares)
+    precisions, recalls, scores = (
+        sum(share * value for share, value in zip(shares, values, strict=True)) / whole
+        for values in (
+            [line.precision for line in lines],
+            [line.recall for line in lines],
+            [line.f_score for line in lines],
+        )
     )
+    counts = sum((line.counts for line in lines), Counts())
+    pairs = sum(line.pairs for line in lines)
+    run, method = lines[0].run, lines[0].method
+    return Line(run, method, MEAN, pairs, counts, precisions, recalls, scores)
 
 
 Form = Literal["json", "csv", "markdown", "latex"]
@@ -100,7 +104,7 @@ def format_rows(rows: Sequence[Mapping[str, str | float]], form: Form) -> str:
         return json.dumps(rows, indent=1)
     columns = list(rows[0]) if rows else []
     if form == "csv":
-        return _csv(rows, columns)
+        return csv_text(rows, columns)
     cells = [[_short(row[column]) for column in columns] for row in rows]
     if form == "latex":
         return _latex(columns, cells)
@@ -117,11 +121,12 @@ def format_lines(lines: Sequence[Line], form: Form) -> str:
     if form == "json":
         return json.dumps(rows, indent=1)
     if form == "csv":
-        return _csv(rows, _COLUMNS)
+        return csv_text(rows, _COLUMNS)
     return _markdown(lines)
 
 
-def _csv(rows: Sequence[Mapping[str, str | float]], columns: Sequence[str]) -> str:
+def csv_text(rows: Sequence[Mapping[str, str | float]], columns: Sequence[str]) -> str:
+    """Write rows as CSV with a head, without a line's end after the last."""
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, fieldnames=list(columns), lineterminator="\n")
     writer.writeheader()
@@ -181,8 +186,6 @@ def _row(line: Line) -> dict[str, str | int | float]:
 def _markdown(lines: Sequence[Line]) -> str:
     out = ["| run | method | split | pairs | P | R | F |", "|---|---|---|---:|---:|---:|---:|"]
     for line in lines:
-        numbers = f"{line.precision:.4f} | {line.recall:.4f} | {line.f_score:.4f}"
-        cells = f"{line.run} | {METHOD_TITLE[line.method]} | {line.split} | {line.pairs}"
-        row = f"| {cells} | {numbers} |"
+        row = f"| {' | '.join(_cells(line))} |"
         out.append(row.replace(f"| {MEAN} |", f"| **{MEAN}** |"))
     return "\n".join(out)

@@ -65,8 +65,7 @@ def pair_terms(
         valid: as in `doi.integrate`.
         ignore: pixels that are not scored.
     """
-    right = truth if ignore is None else truth & ~ignore
-    wrong = ~truth if ignore is None else ~truth & ~ignore
+    right, wrong = scored_pixels(truth, ignore)
     _, parts = components(change)
     by_object = integrate_crops(change, live, reference, valid=valid, overlaps="all").regions
     whole = integrate_crops(change, live, reference, valid=valid, scope="image").regions[0]
@@ -78,6 +77,13 @@ def pair_terms(
         _atoms([live[region.object_indices[0]] for region in found], right, wrong),
         _terms(whole) if whole.object_indices else None,
     )
+
+
+def scored_pixels(truth: Mask, ignore: Mask | None) -> tuple[Mask, Mask]:
+    """Return the pixels where finding a change is right and where it is wrong, bool (H, W) each."""
+    if ignore is None:
+        return truth, ~truth
+    return truth & ~ignore, ~truth & ~ignore
 
 
 def region_counts(

@@ -50,19 +50,12 @@ def export_t0t1(
         NotFound: when an image is gone, or the run did not align a pair.
     """
     with whole_folder(target) as folder:
-        for split in {item.pair.split for item in labelled}:
-            for name in ("t0", "t1", "mask", *(["ignore"] if ignore == "separate" else [])):
-                (folder / split / name).mkdir(parents=True)
 
         def write(item: Labelled) -> dict[str, Any]:
             return _write_pair(store, item, folder, warped_by, ignore)
 
         with ThreadPoolExecutor() as pool:
             entries = list(pool.map(write, labelled))
-        for split in {item.pair.split for item in labelled}:
-            place = folder / split / "ignore"
-            if place.exists() and not any(place.iterdir()):
-                place.rmdir()
         settings = {
             **selection.record(),
             "warped_by": warped_by.name if warped_by else None,
@@ -95,6 +88,7 @@ def _write_pair(
     )
     for path, content in files.items():
         if isinstance(content, bytes):
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_bytes(content)
     return pair_entry(item, files)
 
@@ -114,6 +108,7 @@ def _masks(item: Labelled, mask: str, beside: str, mode: IgnoreMode) -> dict[str
 
 
 def _copy(source: Path, target: Path) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
     try:
         # Never a link: what is done to an export must not be done to the data set.
         shutil.copyfile(source, target)

@@ -30,7 +30,6 @@ STAGE_VERSIONS: dict[Stage, int] = {
     "search": 1,
     "integrate": 1,
 }
-DOI_SETTINGS = ("scope", "low", "high", "max_overlap_px", "overlaps", "touching_only")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +89,7 @@ def _own_settings(settings: PipelineSettings, stage: Stage) -> dict[str, Any]:
         "search": settings.segmenter,
     }
     if stage == "integrate":
-        return {name: getattr(settings, name) for name in DOI_SETTINGS}
+        return settings.doi_rule()
     own = {"member": members[stage], **settings.model_settings.get(stage, {})}
     if own.get("weights"):
         # What counts is what is in the files, not where they lie.

@@ -47,13 +47,6 @@ class RunReport:
         elapsed = time.perf_counter() - self.started
         return (self.done + len(self.failures)) / elapsed if elapsed > 0 else 0.0
 
-    @property
-    def seconds_left(self) -> float | None:
-        """What the rest takes at that rate; None before the first pair."""
-        rate = self.pairs_per_s
-        rest = self.total - self.done - self.already_done - len(self.failures)
-        return rest / rate if rate else None
-
 
 Progress = Callable[[RunReport], None]
 

@@ -56,6 +56,17 @@ class PipelineSettings:
         if self.max_overlap_px < 0:
             raise InvalidInput(f"max_overlap_px: must be >= 0, but is {self.max_overlap_px}")
 
+    def doi_rule(self) -> dict[str, Any]:
+        """Return what `reviewer.doi.integrate` takes of the settings."""
+        return {
+            "scope": self.scope,
+            "low": self.low,
+            "high": self.high,
+            "max_overlap_px": self.max_overlap_px,
+            "overlaps": self.overlaps,
+            "touching_only": self.touching_only,
+        }
+
     def record(self) -> dict[str, Any]:
         """Return the settings as plain JSON values."""
         return asdict(self)

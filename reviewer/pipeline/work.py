@@ -202,20 +202,15 @@ class Bench:
             raise NotFound(
                 f"pair {self._pair.title}: objects were not searched; do the stage search first"
             )
-        alignment, settings = self._known.alignment, self._settings
+        alignment = self._known.alignment
         change = detection.mask
         past = [thing.mask for thing in objects if thing.side == "reference"]
         result = integrate_crops(
             decode_rle(change),
             [crop_of_rle(thing.mask) for thing in objects if thing.side == "live"],
             merge_rles(past, change.height, change.width),
-            scope=settings.scope,
             valid=decode_rle(alignment.valid) if alignment else None,
-            low=settings.low,
-            high=settings.high,
-            max_overlap_px=settings.max_overlap_px,
-            overlaps=settings.overlaps,
-            touching_only=settings.touching_only,
+            **self._settings.doi_rule(),
         )
         return StoredIntegration(result.regions, change, encode_rle(result.mask))
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from reviewer.errors import InvalidInput
-from reviewer.masks import Mask
+from reviewer.masks import Mask, crop_to_box
 from reviewer.models.click_sam import DEFAULT_SAM, sam_of_text
 from reviewer.models.device import check_recorded
 from reviewer.models.embeddings import EmbeddingCache, cache_folder
@@ -81,7 +81,8 @@ class SamEverythingSegmenter:
             scores += [score for _, score in found]
         if not masks:
             return []
-        boxes = np.stack([_box(mask) for mask in masks])
+        crops = [crop for mask in masks if (crop := crop_to_box(mask)) is not None]
+        boxes = np.array([crop.box_xyxy for crop in crops], np.float32)
         kept = suppress(boxes, np.asarray(scores, np.float32), self.most_box_overlap)
         return [Instance(masks[k], "", scores[k]) for k in kept]
 
@@ -130,8 +131,3 @@ def suppress(boxes: Boxes, scores: npt.NDArray[np.float32], most_overlap: float)
         ).prod(axis=1)
         order = rest[shared / (area[best] + area[rest] - shared) <= most_overlap]
     return kept
-
-
-def _box(mask: Mask) -> Boxes:
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return np.array([columns[0], rows[0], columns[-1] + 1, rows[-1] + 1], np.float32)

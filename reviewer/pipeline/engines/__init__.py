@@ -7,9 +7,11 @@ than a few, and yields each outcome as soon as it is there. Only the caller writ
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
-from reviewer.pipeline.work import PairOutcome, PairTask
+from reviewer.pipeline.members import build_members
+from reviewer.pipeline.settings import PipelineSettings
+from reviewer.pipeline.work import PairOutcome, PairTask, PairWorker
 
 EngineName = Literal["local", "ray"]
 
@@ -24,6 +26,22 @@ class Engine(Protocol):
             InvalidInput: when the run's models cannot be built where the work is done.
         """
         ...
+
+
+class LateWorker:
+    """Does tasks where it lives; models are built with the first one, where errors can be told."""
+
+    def __init__(self, settings: dict[str, Any]) -> None:
+        """Take a run's settings as a record, which any process can be sent."""
+        self._settings = settings
+        self._worker: PairWorker | None = None
+
+    def do(self, task: PairTask) -> PairOutcome:
+        """Do one task."""
+        if self._worker is None:
+            settings = PipelineSettings.of_record(self._settings)
+            self._worker = PairWorker(settings, build_members(settings))
+        return self._worker.do(task)
 
 
 def lost(task: PairTask, what: str) -> PairOutcome:

@@ -16,26 +16,11 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from reviewer.errors import InvalidInput, ReviewerError
-from reviewer.pipeline.engines import lost
-from reviewer.pipeline.members import build_members
+from reviewer.pipeline.engines import LateWorker, lost
 from reviewer.pipeline.settings import PipelineSettings
-from reviewer.pipeline.work import PairOutcome, PairTask, PairWorker
+from reviewer.pipeline.work import PairOutcome, PairTask
 
 TRIES = 2
-
-
-class RayWorker:
-    """What runs on a cluster's machine; models are built with the first task."""
-
-    def __init__(self, settings: dict[str, Any]) -> None:
-        self._settings = PipelineSettings.of_record(settings)
-        self._worker: PairWorker | None = None
-
-    def do(self, task: PairTask) -> PairOutcome:
-        """Do one task."""
-        if self._worker is None:
-            self._worker = PairWorker(self._settings, build_members(self._settings))
-        return self._worker.do(task)
 
 
 class RayEngine:
@@ -126,7 +111,7 @@ class RayEngine:
 
     def _start(self) -> Any:
         gpus = 1 if self._ray.cluster_resources().get("GPU", 0) else 0
-        actor = self._ray.remote(num_cpus=1, num_gpus=gpus, max_restarts=0)(RayWorker)
+        actor = self._ray.remote(num_cpus=1, num_gpus=gpus, max_restarts=0)(LateWorker)
         return actor.remote(self._settings.record())
 
 

@@ -22,8 +22,8 @@ from concurrent.futures import (
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
-from reviewer.pipeline.engines import lost
-from reviewer.pipeline.members import Members, build_members
+from reviewer.pipeline.engines import LateWorker, lost
+from reviewer.pipeline.members import Members
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.pipeline.work import PairOutcome, PairTask, PairWorker
 
@@ -126,13 +126,13 @@ def _finished(pending: dict[Future[PairOutcome], PairTask]) -> Iterator[PairOutc
         yield outcome
 
 
-_settings: dict[str, Any] = {}
-_worker: PairWorker | None = None
+_worker: LateWorker | None = None
 
 
 def _begin(settings: dict[str, Any], threads: int) -> None:
-    """Prepare a worker process; models are built with the first task, where errors can be told."""
-    _settings.update(settings)
+    """Prepare a worker process."""
+    global _worker
+    _worker = LateWorker(settings)
     # Before torch is imported here.
     os.environ["OMP_NUM_THREADS"] = str(threads)
     import cv2
@@ -151,8 +151,5 @@ def _end_with_parent() -> None:
 
 
 def _do(task: PairTask) -> PairOutcome:
-    global _worker
-    if _worker is None:
-        settings = PipelineSettings.of_record(_settings)
-        _worker = PairWorker(settings, build_members(settings))
+    assert _worker is not None, "a worker process begins with _begin"
     return _worker.do(task)
