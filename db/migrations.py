@@ -53,6 +53,12 @@ def m006_terms(db: Database) -> None:
     _run(db, "m006_terms")
 
 
+@migrations()
+def m007_reasons(db: Database) -> None:
+    """Give verdicts a reason from a list that people edit."""
+    _run(db, "m007_reasons")
+
+
 def _run(db: Database, name: str) -> None:
     script = (SCRIPTS / f"{name}.sql").read_text(encoding="utf-8")
     mask = (SCRIPTS / "mask_columns.sql").read_text(encoding="utf-8").rstrip()

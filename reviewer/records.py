@@ -127,6 +127,8 @@ class StoredRegion:
     labels: str
     verdict: Verdict | None
     audited_by: str | None
+    verdict_reason: str = ""
+    comment: str = ""
 
     @property
     def outcome(self) -> Choice:

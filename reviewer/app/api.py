@@ -16,6 +16,7 @@ from fastapi.concurrency import run_in_threadpool
 from pydantic import BaseModel, ValidationError
 
 from reviewer.app import messages as m
+from reviewer.app.auditing import build_auditing
 from reviewer.app.details import choose_run, pair_detail
 from reviewer.app.pictures import draw_layer
 from reviewer.app.pointing import build_pointing
@@ -28,7 +29,6 @@ from reviewer.editing.commit import (
     mask_of_counts,
     mask_of_png,
 )
-from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import InvalidInput
 from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
 from reviewer.records import MaskRevision
@@ -126,6 +126,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     router = APIRouter(prefix="/api", responses=PROBLEMS)
     router.include_router(build_pointing(store, clicks))
     router.include_router(build_proposing(store))
+    router.include_router(build_auditing(store))
     pictures = PictureCache()
 
     @router.get("/me")
@@ -268,14 +269,6 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         change_state(store, pair_id, person, change.state, seen, change.active_seconds)
         newest = newest_revision(store, pair_id)
         return m.StateReply(state=change.state, revision=newest.number if newest else 0)
-
-    @router.post("/regions/{region_id}/audit")
-    def post_audit(annotator: Annotator, region_id: Id, change: m.VerdictChange) -> m.PairDetail:
-        """Give a verdict on a region; the answer is the pair with its new prediction."""
-        person = annotator_id(store, annotator)
-        run_id, pair_id = give_verdict(store, region_id, person, change.verdict, change.comment)
-        run = next(known for known in runs.list_runs(store) if known.id == run_id)
-        return pair_detail(store, pair_id, person, run)
 
     return router
 

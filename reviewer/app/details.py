@@ -136,6 +136,8 @@ def region_info(stored: StoredRegion, f_if: dict[str, float]) -> RegionInfo:
         f_if=f_if,
         verdict=stored.verdict,
         audited_by=stored.audited_by,
+        verdict_reason=stored.verdict_reason,
+        comment=stored.comment,
     )
 
 

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from reviewer.editing.proposals import Source
 from reviewer.records import ReviewState, Verdict
 from reviewer.store.queue import Order
+from reviewer.store.walk import Opinion, WalkOrder
 
 LayerName = Literal[
     "reference",
@@ -113,6 +114,8 @@ class RegionInfo(Message):
     f_if: dict[str, float]
     verdict: Verdict | None
     audited_by: str | None
+    verdict_reason: str
+    comment: str
 
 
 class ProposalInfo(Message):
@@ -132,13 +135,31 @@ class ProposalInfo(Message):
 
 
 class DoubtfulRegionInfo(Message):
-    """A region that waits for a verdict."""
+    """A region that waits for a verdict; pixels that flipping its decision gains (null: not known),
+    and whether somebody's verdict opposes the decision."""
 
     region: int
     pair: int
     split: str
     name: str
     doi: float
+    gain_px: int | None
+    opposed: bool
+
+
+class WalkQuery(Message):
+    """Which regions wait for a verdict, and in what order."""
+
+    run: str | None = None
+    order: WalkOrder = "threshold"
+    opinion: Opinion = "first"
+    limit: Annotated[int, Field(ge=1, le=5000)] = 100
+
+
+class Reasons(Message):
+    """The reasons that are offered with a verdict, in order."""
+
+    reasons: Annotated[list[Annotated[str, Field(max_length=400)]], Field(max_length=400)]
 
 
 class ScoreInfo(Message):
@@ -315,9 +336,10 @@ class StateReply(Message):
 
 
 class VerdictChange(Message):
-    """A verdict on a region's decision."""
+    """A verdict on a region's decision, with a reason (of the list, as a rule) and a comment."""
 
     verdict: Verdict
+    reason: Annotated[str, Field(max_length=80)] = ""
     comment: Annotated[str, Field(max_length=2000)] = ""
 
 

@@ -1,4 +1,4 @@
-"""Endpoints of what is proposed: masks of every source, labels, regions that wait for a verdict."""
+"""Endpoints of what is proposed: masks of every source, labels, pictures of what was found."""
 
 from __future__ import annotations
 
@@ -11,17 +11,15 @@ from reviewer.app.details import pair_detail
 from reviewer.editing.proposals import Source, list_proposals
 from reviewer.editing.relabel import Relabelling
 from reviewer.found.thumbnails import draw_thumbnail
-from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.database import Store
 from reviewer.store.finds import find_of_region
 from reviewer.store.pairs import pair_of_id
-from reviewer.store.queue import list_doubtful
 from reviewer.store.reviews import annotator_id
 from reviewer.store.runs import run_or_newest
 
 
 def build_proposing(store: Store) -> APIRouter:
-    """Return the router of proposals and of the audit queue."""
+    """Return the router of proposals, labels and finds."""
     router = APIRouter()
     relabelling = Relabelling(store)
 
@@ -58,24 +56,6 @@ def build_proposing(store: Store) -> APIRouter:
         person = annotator_id(store, str(request.state.annotator))
         relabelling.edit(chosen, pair, number, change.label, person)
         return pair_detail(store, pair_id, person, chosen)
-
-    @router.get("/audit-queue")
-    def get_audit_queue(
-        run: str | None = None, limit: Annotated[int, Query(ge=1, le=5000)] = 100
-    ) -> list[m.DoubtfulRegionInfo]:
-        """The regions of a run that nobody judged yet, most doubtful first."""
-        chosen = run_or_newest(store, run)
-        high = PipelineSettings.of_record(chosen.settings).high
-        return [
-            m.DoubtfulRegionInfo(
-                region=region.id,
-                pair=region.pair_id,
-                split=region.split,
-                name=region.pair,
-                doi=region.doi,
-            )
-            for region in list_doubtful(store, chosen.id, high, limit)
-        ]
 
     @router.get(
         "/found/{region_id}.jpg",

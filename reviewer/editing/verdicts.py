@@ -17,7 +17,13 @@ _ONE_AT_A_TIME = Lock()
 
 
 def give_verdict(
-    store: Store, region_id: int, annotator_id: int, verdict: Verdict, comment: str = ""
+    store: Store,
+    region_id: int,
+    annotator_id: int,
+    verdict: Verdict,
+    *,
+    reason: str = "",
+    comment: str = "",
 ) -> tuple[int, int]:
     """Record a verdict together with the recomposed final mask; return (run id, pair id).
 
@@ -28,6 +34,7 @@ def give_verdict(
     run_id, pair_id = region_of_id(store, region_id)
     with _ONE_AT_A_TIME:
         mask = compose_audited(store, run_id, pair_id, {region_id: verdict})
-        add_audit(store, region_id, annotator_id, verdict, comment, encode_rle(mask))
+        final = encode_rle(mask)
+        add_audit(store, region_id, annotator_id, verdict, final, reason=reason, comment=comment)
     refresh_counts(store, pair_id)
     return run_id, pair_id

@@ -43,17 +43,6 @@ class QueueEntry:
 
 
 @dataclass(frozen=True, slots=True)
-class DoubtfulRegion:
-    """A region that nobody gave a verdict on yet."""
-
-    id: int
-    pair_id: int
-    split: str
-    pair: str
-    doi: float
-
-
-@dataclass(frozen=True, slots=True)
 class Progress:
     """Pairs of a split, and how many of them an annotator has finished."""
 
@@ -147,19 +136,3 @@ def list_progress(store: Store, annotator_id: int) -> list[Progress]:
         [annotator_id],
     )
     return [Progress(row["name"], row["pairs"], row["finished"]) for row in rows]
-
-
-def list_doubtful(store: Store, run_id: int, high: float, limit: int) -> list[DoubtfulRegion]:
-    """Return the regions of a run without a verdict, most doubtful first.
-
-    A region with f_b = 1 is the more doubtful the closer its DoI is to the threshold `high`. One
-    with f_b = 0 has DoI 0 whatever its IoU: those come after, fewest shared pixels first.
-    """
-    rows = store.read().execute(
-        "SELECT g.id, g.pair_id, d.split, d.pair, g.doi FROM regions g"
-        " JOIN doi_decisions d ON d.region_id = g.id WHERE g.run_id = ? AND d.verdict IS NULL"
-        " ORDER BY g.f_b DESC, CASE WHEN g.f_b THEN abs(g.doi - ?) ELSE g.overlap_px END, g.id"
-        " LIMIT ?",
-        [run_id, high, limit],
-    )
-    return [DoubtfulRegion(*row) for row in rows]

@@ -15,7 +15,7 @@ from reviewer.store.database import Store, mask_columns, require
 from reviewer.store.revisions import rle_of_row
 
 REGIONS = """
-SELECT g.*, d.verdict, d.annotator, d.labels FROM regions g
+SELECT g.*, d.verdict, d.annotator, d.verdict_reason, d.comment, d.labels FROM regions g
 JOIN doi_decisions d ON d.region_id = g.id WHERE g.run_id = ? AND g.pair_id = ?"""
 # What people said of regions, which other regions would leave behind: verdicts and names.
 VERDICTS = """
@@ -170,5 +170,12 @@ def _region(row: sqlite3.Row) -> StoredRegion:
         (x, y, x + width, y + height) if width else None,
     )
     return StoredRegion(
-        row["id"], row["number"], region, row["labels"] or "", row["verdict"], row["annotator"]
+        row["id"],
+        row["number"],
+        region,
+        row["labels"] or "",
+        row["verdict"],
+        row["annotator"],
+        row["verdict_reason"] or "",
+        row["comment"] or "",
     )

@@ -126,7 +126,14 @@ def set_review_state(
 
 
 def add_audit(
-    store: Store, region_id: int, annotator: int, verdict: Verdict, comment: str, audited: Rle
+    store: Store,
+    region_id: int,
+    annotator: int,
+    verdict: Verdict,
+    audited: Rle,
+    *,
+    reason: str = "",
+    comment: str = "",
 ) -> None:
     """Append a verdict on a region's decision, with the final mask that follows from it.
 
@@ -140,9 +147,9 @@ def add_audit(
             f"region {region_id}: does not exist",
         )
         db.execute(
-            "INSERT INTO audits (region_id, annotator_id, verdict, comment, created_at)"
-            " VALUES (?, ?, ?, ?, ?)",
-            [region_id, annotator, verdict, comment, utc_now()],
+            "INSERT INTO audits (region_id, annotator_id, verdict, reason, comment, created_at)"
+            " VALUES (?, ?, ?, ?, ?, ?)",
+            [region_id, annotator, verdict, reason, comment, utc_now()],
         )
         put_prediction(db, row["run_id"], row["pair_id"], "audited", audited)
 

@@ -114,6 +114,7 @@ export function actionsOf(parts) {
       await modes.arrived();
       if (await desk.verdict(verdict) && state.mode === "audit") return modes.step(1);
     }])),
+    ...Object.fromEntries([1, 2, 3, 4, 5].map((n) => [`reason-${n}`, () => side.reasons.pick(n - 1)])),
     submit: () => modes.submit(),
     approve: () => desk.setState("approved"),
     empty: () => { if (!state.locked) return desk.setState("confirmed_empty"); },

@@ -71,8 +71,14 @@ export const api = {
     if (pair.run) query.set("run", pair.run);
     return call(`/api/pairs/${pair.id}/edge-path?${query}`);
   },
-  /** @param {string | null} run */
-  auditQueue: (run) => call(`/api/audit-queue?limit=1000${run ? `&run=${encodeURIComponent(run)}` : ""}`),
+  /** @param {string | null} run @param {string} order @param {string} opinion */
+  auditQueue: (run, order, opinion) => {
+    const query = new URLSearchParams({ limit: "1000", order, opinion, ...(run ? { run } : {}) });
+    return call(`/api/audit-queue?${query}`);
+  },
+  reasons: () => call("/api/reasons"),
+  /** @param {string[]} reasons */
+  putReasons: (reasons) => call("/api/reasons", send("PUT", { reasons })),
   /** @param {number} id @param {string | null} run @param {string[]} sources */
   proposals: (id, run, sources) => {
     const query = new URLSearchParams(sources.map((source) => ["source", source]));
@@ -81,8 +87,8 @@ export const api = {
   },
   /** @param {number} id @param {string | null} run @param {number} number @param {string} label */
   label: (id, run, number, label) => call(`/api/pairs/${id}/labels/${number}`, send("PUT", { run, label })),
-  /** @param {number} region @param {string} verdict */
-  audit: (region, verdict) => call(`/api/regions/${region}/audit`, send("POST", { verdict })),
+  /** @param {number} region @param {string} verdict @param {{reason: string, comment: string}} why */
+  audit: (region, verdict, why) => call(`/api/regions/${region}/audit`, send("POST", { verdict, ...why })),
   /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer */
   layerUrl: (pair, layer) => {
     const query = new URLSearchParams({ v: pair.version });

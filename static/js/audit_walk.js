@@ -1,6 +1,6 @@
 /**
  * The audit mode's way: from region to region across pairs, most doubtful first.
- * @typedef {{region: number, pair: number}} Stop
+ * @typedef {{region: number, pair: number, gain_px: number | null, opposed: boolean}} Stop
  */
 import { api } from "./api.js";
 
@@ -13,9 +13,10 @@ export class AuditWalk {
     this.run = null;
   }
 
-  /** Read the regions that nobody judged yet. @param {string | null} run */
-  async begin(run) {
-    this.stops = await api.auditQueue(run);
+  /** Read the regions that wait for a verdict.
+   * @param {string | null} run @param {string} order @param {string} opinion */
+  async begin(run, order, opinion) {
+    this.stops = await api.auditQueue(run, order, opinion);
     this.place = -1;
     this.run = run;
   }
@@ -28,8 +29,12 @@ export class AuditWalk {
     return this.stops[place];
   }
 
-  /** "3 of 120" @returns {string} */
+  /** "3 of 120", and why this one comes here @returns {string} */
   get progress() {
-    return this.stops.length ? `${this.place + 1} of ${this.stops.length}` : "";
+    const stop = this.stops[this.place];
+    if (!stop) return "";
+    const why = stop.opposed ? ", opposed"
+      : stop.gain_px !== null && stop.gain_px > 0 ? `, flipping gains ${stop.gain_px} px` : "";
+    return `${this.place + 1} of ${this.stops.length}${why}`;
   }
 }

@@ -21,6 +21,8 @@ export function showSettings(state) {
   for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "brightness", "contrast", "mode", "source"])) {
     $(name).value = String(state[name]);
   }
+  for (const name of /** @type {const} */ (["walkOrder", "walkOpinion"])) $(name).value = state[name];
+  $("walking").hidden = state.mode !== "audit";
   $("radius-value").textContent = String(state.radius);
   $("tolerance-value").textContent = String(state.tolerance);
   // They share a place that stays, so that nothing jumps when the tool changes.

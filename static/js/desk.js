@@ -28,7 +28,8 @@ export class PairDesk {
    *   pair: (fresh: boolean) => void, candidate: () => void, sketch: () => void, judged: () => void,
    *   saved: () => void,
    *   notice: (text: string, bad?: boolean) => void, waiting: (text: string) => void,
-   *   shown: (action: string) => string,
+   *   shown: (action: string) => string, why: (region: number) => {reason: string, comment: string},
+   *   given: (region: number) => void,
    *   changed: () => void, pixels: () => Uint8ClampedArray | null}} on pixels: RGBA of the live
    *   picture */
   constructor(state, saver, on) {
@@ -356,7 +357,8 @@ export class PairDesk {
       this.on.notice(region ? "This region has no object that could be adopted." : "Select a DoI region first: press Tab.");
       return false;
     }
-    const fresh = await api.audit(region.id, verdict);
+    const fresh = await api.audit(region.id, verdict, this.on.why(region.id));
+    this.on.given(region.id);
     if (fresh.run === this.state.run) this.accept(fresh);
     return true;
   }

@@ -62,6 +62,8 @@ export const KEYS = [
   { key: "2", action: "adopt", title: "Adopt the object", group: "Audit" },
   { key: "3", action: "keep", title: "Keep the detector's mask", group: "Audit" },
   { key: "4", action: "reject", title: "Reject: nothing changed here", group: "Audit" },
+  ...[1, 2, 3, 4, 5].map((n) => ({ key: String(n + 4), action: `reason-${n}`,
+    title: `Reason ${n} of the list, for the next verdict`, group: "Audit" })),
   { key: "Enter", action: "submit", title: "Finish the outline or candidate; else submit, and open the next pair", group: "Pair" },
   { key: "a", action: "approve", title: "Approve", group: "Pair" },
   { key: "0", action: "empty", title: "Confirm empty: no change", group: "Pair" },

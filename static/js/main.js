@@ -46,6 +46,8 @@ const desk = new PairDesk(state, saver, {
   notice,
   waiting,
   shown: (action) => keymap.shown(action).toUpperCase(),
+  why: (region) => side.reasons.of(region),
+  given: (region) => side.reasons.given(region),
   changed: () => socket.send({ type: "changed" }),
   pixels: () => pictures.pixels(url("live")),
 });
@@ -69,6 +71,7 @@ async function receive(message) {
   if (message.type === "ready") {
     const first = !person;
     person = `${message.store}.${message.annotator}`;
+    state.annotator = message.annotator;
     if (first) await start();
     const linked = Number(new URLSearchParams(location.search).get("pair"));
     // A desk that knows nothing yet follows the frame, after a restart say; else the frame the desk.
@@ -97,6 +100,7 @@ async function start() {
   $("pane-count").replaceChildren(...COUNTS.map((n) => new Option(String(n), String(n))));
   $("pane-count").value = String(state.layers.length);
   side.offer([]);
+  attempt(side.reasons.load());
   showKeys();
   settings();
   socket.send({ type: "theme", dark: state.dark });
@@ -308,6 +312,9 @@ for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "bri
 }
 $("cleanup").onchange = () => { const name = $("cleanup").value; $("cleanup").value = ""; $("cleanup").blur(); act(name); };
 $("mode").onchange = () => { $("mode").blur(); attempt(modes.change($("mode").value)); };
+for (const name of /** @type {const} */ (["walkOrder", "walkOpinion"])) {
+  $(name).onchange = () => { state[name] = $(name).value; $(name).blur(); attempt(modes.change("audit")); };
+}
 $("source").onchange = () => { state.source = $("source").value; $("source").blur(); settings(); attempt(side.load()); };
 for (const tab of document.querySelectorAll("[data-side]")) {
   /** @type {HTMLElement} */ (tab).onclick = () => {

@@ -32,9 +32,10 @@ export class Modes {
     $("walk").textContent = "";
     if (mode === "audit") {
       state.source = "region";
-      await walk.begin(state.run);
+      await walk.begin(state.run, state.walkOrder, state.walkOpinion);
       parts.settings();
-      if (!walk.stops.length) parts.notice("Every region of this run has a verdict.");
+      if (!walk.stops.length) parts.notice(state.walkOpinion === "first"
+        ? "Every region of this run has a verdict." : "No region waits for a second opinion of yours.");
       else await this.step(1);
     }
     parts.redraw();
@@ -67,7 +68,7 @@ export class Modes {
   async walkOn(by) {
     const { walk, state, side, parts } = this;
     const stop = walk.step(by);
-    if (!stop) return parts.notice(by > 0 ? "This was the last region in doubt." : "This is the most doubtful region.");
+    if (!stop) return parts.notice(by > 0 ? "This was the last region in doubt." : "This is the first region of the walk.");
     $("walk").textContent = walk.progress;
     if (stop.pair !== state.pair?.id) await parts.open(stop.pair, walk.run);
     await side.load();

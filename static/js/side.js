@@ -8,6 +8,7 @@ import { $, waiting } from "./chrome.js";
 import { drawHistory } from "./panels/history_list.js";
 import { drawLabels } from "./panels/label_list.js";
 import { drawProposals, drawScores } from "./panels/proposal_list.js";
+import { Reasons } from "./panels/reasons.js";
 import { SOURCES } from "./proposals.js";
 import { decode } from "./rle.js";
 
@@ -24,6 +25,7 @@ export class Side {
     this.desk = desk;
     this.masks = masks;
     this.on = on;
+    this.reasons = new Reasons(state, on);
     /** What the list holds: of which pair, run, source and version. */
     this.loaded = "";
     /** @type {Promise<void>} the reading of that */
@@ -88,12 +90,13 @@ export class Side {
     const { state, on } = this;
     const { pair } = state;
     if (!pair) return;
-    drawProposals($("proposal-list"), state.proposals, pair.regions, state.selected, {
+    drawProposals($("proposal-list"), state.proposals, state.regions, state.selected, {
       select: (key) => this.select(key, true),
       verdict: (key, verdict) => { this.select(key, false); on.attempt(this.desk.verdict(verdict)); },
       apply: (key, way) => { this.select(key, false); on.attempt(this.desk.apply(way)); },
       shown: on.shown,
     });
+    this.reasons.draw();
     $("proposal-count").textContent = String(state.proposals.length);
     $("source").disabled = state.blind || state.reviewing;
     const note = state.blind ? "Hidden until you have submitted. Draw what changed, then press Submit."

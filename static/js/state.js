@@ -6,7 +6,8 @@
  * @typedef {{x: number, y: number}} Point
  * @typedef {{id: number, choice: string, number: number, label: string, f_b: number,
  *   iou: number, doi: number, inspect: boolean, reason: string, box_xyxy: number[] | null,
- *   overlap_px: number, f_if: Record<string, number>, has_object: boolean, verdict: string | null, audited_by: string | null}} Region
+ *   overlap_px: number, f_if: Record<string, number>, has_object: boolean, verdict: string | null, audited_by: string | null,
+ *   verdict_reason: string, comment: string}} Region
  * @typedef {{key: string, source: string, run: string, number: number, label: string,
  *   score: number | null, region_id: number | null, area: number, box_xyxy: number[],
  *   counts: string, outcome: string | null}} Proposal
@@ -25,6 +26,8 @@ const DEFAULTS = {
   target: /** @type {"mask" | "ignore"} */ ("mask"),
   mode: /** @type {"correct" | "blind" | "audit"} */ ("correct"),
   source: "region",
+  walkOrder: "threshold",
+  walkOpinion: "first",
   radius: 6,
   tolerance: 18,
   opacity: 0.45,
@@ -48,6 +51,9 @@ export class State {
     this.mode = DEFAULTS.mode;
     /** Which proposals the list shows. */
     this.source = DEFAULTS.source;
+    /** In what order the audit walks the regions, and whose opinions it asks for. */
+    this.walkOrder = DEFAULTS.walkOrder;
+    this.walkOpinion = DEFAULTS.walkOpinion;
     this.radius = DEFAULTS.radius;
     this.tolerance = DEFAULTS.tolerance;
     this.opacity = DEFAULTS.opacity;
@@ -66,6 +72,8 @@ export class State {
     this.view = { scale: 1, x: 0, y: 0 };
     /** @type {string | null} */
     this.run = null;
+    /** Who is signed in. */
+    this.annotator = "";
     this.revision = 0;
     /** @type {Proposal[]} */
     this.proposals = [];
@@ -104,6 +112,15 @@ export class State {
     return this.mode === "blind" && !this.blind;
   }
 
+  /** The regions as this person may see them: a second opinion is given without seeing the first.
+   * @returns {Region[]} */
+  get regions() {
+    const regions = this.pair?.regions ?? [];
+    if (this.mode !== "audit" || this.walkOpinion !== "second") return regions;
+    return regions.map((region) => region.audited_by === this.annotator ? region
+      : { ...region, verdict: null, audited_by: null, verdict_reason: "", comment: "" });
+  }
+
   /** @returns {Proposal | null} */
   get proposal() {
     return this.proposals.find((proposal) => proposal.key === this.selected) ?? null;
@@ -112,7 +129,7 @@ export class State {
   /** The region under DoI that is selected. @returns {Region | null} */
   get region() {
     const id = this.proposal?.region_id;
-    return this.pair?.regions.find((region) => region.id === id) ?? null;
+    return this.regions.find((region) => region.id === id) ?? null;
   }
 
   /** The blind phase of the open pair is over. @param {Storage} storage @param {string} person */

@@ -179,7 +179,7 @@ def test_verdicts_are_not_lost_to_another_search(db, tiny_split, named):
     run, _, _ = do(db, settings, "r", members)
     pair, ada = tiny_split[0], annotator_id(db, "Ada")
     region = load_regions(db, run.id, pair.id)[0]
-    give_verdict(db, region.id, ada, "reject", "a shadow")
+    give_verdict(db, region.id, ada, "reject", comment="a shadow")
     edit_label(db, run.id, pair.id, 0, "", ada)
     _, report, _ = do(db, settings, "r", members)
     assert "people gave 1 verdicts or names to its regions" in report.failures[0]

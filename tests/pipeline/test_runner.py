@@ -228,7 +228,7 @@ def test_verdicts_change_the_final_mask(db, tiny_split, run):
         give_verdict(db, region.id, ada, verdict)
         audited = load_prediction(db, run.id, pair.id, "audited")
         assert audited == load_prediction(db, run.id, pair.id, method)
-    give_verdict(db, region.id, ada, "reject", "a shadow")
+    give_verdict(db, region.id, ada, "reject", comment="a shadow")
     assert load_prediction(db, run.id, pair.id, "audited").area == 0
     row = db.read().execute("SELECT * FROM doi_decisions WHERE verdict IS NOT NULL").fetchone()
     assert (row["verdict"], row["annotator"], row["comment"]) == ("reject", "Ada", "a shadow")

@@ -2,16 +2,13 @@
 
 import pytest
 
-from reviewer.doi import Region
 from reviewer.errors import InvalidInput
 from reviewer.masks import empty_rle
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.pairs import pair_ids
-from reviewer.store.queue import list_doubtful, list_progress, list_queue
-from reviewer.store.regions import StoredIntegration, load_regions
-from reviewer.store.results import StageResult, save_results
-from reviewer.store.reviews import add_audit, annotator_id, set_review_state
+from reviewer.store.queue import list_progress, list_queue
+from reviewer.store.reviews import annotator_id, set_review_state
 from reviewer.store.revisions import add_revision
 
 
@@ -54,29 +51,6 @@ def test_progress_counts_what_a_person_finished(db, tiny_split):
     set_review_state(db, tiny_split[1].id, ada, "in_progress")
     (progress,) = list_progress(db, ada)
     assert (progress.split, progress.pairs, progress.finished) == ("cs1", 3, 1)
-
-
-def test_doubt_is_nearness_to_the_threshold_and_seen_regions_come_last(db, tiny_split):
-    run = prepare_run(db, None, PipelineSettings())
-    run_pipeline(db, run, pair_ids(db))
-    pair = tiny_split[0]
-    shape = (120, 160)
-    # (f_b, shared pixels, DoI): what the order is made of.
-    made = [(1, 0, 0.2), (0, 40, 0.0), (1, 0, 0.95), (0, 3, 0.0), (1, 0, 0.85)]
-    regions = [
-        Region((), (), shared, f_b, 0.1, doi, "keep", False, "no_object", None)
-        for f_b, shared, doi in made
-    ]
-    mask = empty_rle(*shape)
-    made = StoredIntegration(tuple(regions), mask, mask)
-    save_results(db, run.id, pair.id, [StageResult("integrate", "made up", 0.0, made)])
-    stored = {region.id: region.number for region in load_regions(db, run.id, pair.id)}
-    order = [stored[r.id] for r in list_doubtful(db, run.id, 0.9, 10) if r.id in stored]
-    assert order[:2] in ([2, 4], [4, 2]) and order[2:] == [0, 3, 1]
-    ada = annotator_id(db, "Ada")
-    first = next(iter(stored))
-    add_audit(db, first, ada, "agree", "", mask)
-    assert first not in {region.id for region in list_doubtful(db, run.id, 0.9, 10)}
 
 
 def test_effort_adds_drawing_and_looking(db, tiny_split):

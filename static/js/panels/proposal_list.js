@@ -91,7 +91,9 @@ function regionLines(region, give, shown) {
   const terms = `f_b ${region.f_b}   IoU ${region.iou.toFixed(2)}   ${REASONS[region.reason] ?? region.reason}`;
   const verdicts = element("div", "verdicts");
   verdicts.append(...VERDICTS.map((verdict) => verdictButton(region, verdict, () => give(verdict), shown)));
-  return [top, element("div", "terms", terms), ...whyLines(region, outcome), verdicts];
+  const said = [region.verdict_reason, region.comment].filter(Boolean).join(": ");
+  const words = said ? [element("div", "terms", `“${said}” ${region.audited_by ?? ""}`)] : [];
+  return [top, element("div", "terms", terms), ...whyLines(region, outcome), ...words, verdicts];
 }
 
 /** The equation with this region's numbers, and what each outcome would make of the pair's F.

@@ -1,0 +1,79 @@
+"""Endpoints of the audit: regions that wait for a verdict, verdicts, the list of reasons."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Query, Request
+
+from reviewer.app import messages as m
+from reviewer.app.details import pair_detail
+from reviewer.editing.verdicts import give_verdict
+from reviewer.evaluation.outcomes import refresh_terms
+from reviewer.pipeline.settings import PipelineSettings
+from reviewer.store import runs
+from reviewer.store.database import Store
+from reviewer.store.reasons import list_reasons, set_reasons
+from reviewer.store.reviews import annotator_id
+from reviewer.store.walk import list_doubtful
+
+
+def build_auditing(store: Store) -> APIRouter:
+    """Return the router of the audit."""
+    router = APIRouter()
+
+    def person(request: Request) -> int:
+        return annotator_id(store, str(request.state.annotator))
+
+    @router.get("/audit-queue")
+    def get_audit_queue(
+        request: Request, query: Annotated[m.WalkQuery, Query()]
+    ) -> list[m.DoubtfulRegionInfo]:
+        """The regions of a run that wait for a first or a second opinion, most doubtful first."""
+        chosen = runs.run_or_newest(store, query.run)
+        if query.order != "threshold":
+            refresh_terms(store, chosen)
+        found = list_doubtful(
+            store,
+            chosen.id,
+            PipelineSettings.of_record(chosen.settings).high,
+            query.limit,
+            order=query.order,
+            opinion=query.opinion,
+            annotator_id=person(request),
+        )
+        return [
+            m.DoubtfulRegionInfo(
+                region=region.id,
+                pair=region.pair_id,
+                split=region.split,
+                name=region.pair,
+                doi=region.doi,
+                gain_px=region.gain_px,
+                opposed=region.opposed,
+            )
+            for region in found
+        ]
+
+    @router.post("/regions/{region_id}/audit")
+    def post_audit(request: Request, region_id: m.Id, change: m.VerdictChange) -> m.PairDetail:
+        """Give a verdict on a region; the answer is the pair with its new prediction."""
+        who = person(request)
+        run_id, pair_id = give_verdict(
+            store, region_id, who, change.verdict, reason=change.reason, comment=change.comment
+        )
+        run = next(known for known in runs.list_runs(store) if known.id == run_id)
+        return pair_detail(store, pair_id, who, run)
+
+    @router.get("/reasons")
+    def get_reasons() -> m.Reasons:
+        """The reasons that are offered with a verdict."""
+        return m.Reasons(reasons=list_reasons(store))
+
+    @router.put("/reasons")
+    def put_reasons(change: m.Reasons) -> m.Reasons:
+        """Put another list in place of the old one; verdicts keep the words they took."""
+        set_reasons(store, change.reasons)
+        return m.Reasons(reasons=list_reasons(store))
+
+    return router

@@ -1,0 +1,100 @@
+"""The audit's way through the regions of a run: which ones wait, and in what order of doubt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from reviewer.store.database import Store
+
+WalkOrder = Literal["threshold", "loss", "disagreement"]
+Opinion = Literal["first", "second"]
+
+# Per region: pixels that are wrong after its decision, and after the other one.
+WRONG = """
+SELECT sum(o.fp + o.fn) FROM region_outcomes o WHERE o.region_id = g.id AND o.revision = t.number
+    AND o.outcome = """
+ORDERS: dict[WalkOrder, str] = {
+    # One with f_b = 0 has DoI 0 whatever its IoU: those come after, fewest shared pixels first.
+    "threshold": "f_b DESC, CASE WHEN f_b THEN abs(doi - :high) ELSE overlap_px END",
+    "loss": "gain_px DESC NULLS LAST",
+    "disagreement": "opposed DESC, drawn DESC, CASE WHEN drawn THEN wrong_px END DESC,"
+    " f_b DESC, abs(doi - :high)",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class DoubtfulRegion:
+    """A region that waits for a verdict.
+
+    Attributes:
+        gain_px: pixels that would be right if its decision were flipped, less those that would be
+            wrong; None without ground truth or without anything to flip to.
+        opposed: somebody's verdict goes against the rule's decision, or people disagree.
+    """
+
+    id: int
+    pair_id: int
+    split: str
+    pair: str
+    doi: float
+    gain_px: int | None
+    opposed: bool
+
+
+def list_doubtful(
+    store: Store,
+    run_id: int,
+    high: float,
+    limit: int,
+    *,
+    order: WalkOrder = "threshold",
+    opinion: Opinion = "first",
+    annotator_id: int = 0,
+) -> list[DoubtfulRegion]:
+    """Return the regions of a run that wait for a verdict, most doubtful first.
+
+    Orders: "threshold" by the distance of DoI to `high`; "loss" by what flipping the decision
+    gains; "disagreement" first where a verdict opposes the decision or another verdict, then where
+    the mask that a person drew does, most wrong pixels first. The last two need counted outcomes
+    (`evaluation.refresh_terms`).
+
+    Opinions: "first" are regions that nobody judged, "second" those that others judged, and the
+    annotator did not.
+    """
+    judged = "EXISTS (SELECT 1 FROM audits a WHERE a.region_id = g.id AND a.annotator_id {} :me)"
+    waits = (
+        "NOT EXISTS (SELECT 1 FROM audits a WHERE a.region_id = g.id)"
+        if opinion == "first"
+        else f"{judged.format('<>')} AND NOT {judged.format('=')}"
+    )
+    rows = store.read().execute(
+        f"""
+        WITH waiting AS (
+            SELECT g.id, g.pair_id, s.name AS split, p.name AS pair, g.doi, g.f_b, g.overlap_px,
+                ({WRONG} g.choice) AS wrong_px,
+                ({WRONG} CASE g.choice WHEN 'adopt' THEN 'keep' ELSE 'adopt' END) AS flipped_px,
+                EXISTS (SELECT 1 FROM opinions e WHERE e.region_id = g.id
+                    AND e.outcome <> g.choice) AS opposed,
+                t.annotator_id IS NOT NULL AS drawn
+            FROM regions g JOIN pairs p ON p.id = g.pair_id JOIN splits s ON s.id = p.split_id
+            LEFT JOIN ground_truth t ON t.pair_id = g.pair_id
+            WHERE g.run_id = :run AND {waits}
+        ), weighed AS (SELECT *, wrong_px - flipped_px AS gain_px FROM waiting)
+        SELECT id, pair_id, split, pair, doi, gain_px, opposed FROM weighed
+        ORDER BY {ORDERS[order]}, id LIMIT :limit
+        """,
+        {"run": run_id, "me": annotator_id, "high": high, "limit": limit},
+    )
+    return [
+        DoubtfulRegion(
+            row["id"],
+            row["pair_id"],
+            row["split"],
+            row["pair"],
+            row["doi"],
+            row["gain_px"],
+            bool(row["opposed"]),
+        )
+        for row in rows
+    ]
