@@ -61,6 +61,12 @@ def report(
     print_table(found.confusion, title="decisions and the oracle's (fewer wrong pixels)")
     print_table(found.groups, title="where decisions are right, and what the wrong ones cost")
     print_table(found.verdicts, title="verdicts of people")
+    people = found.people
+    if people.things:
+        typer.echo(
+            f"{people.things} regions were judged by two or more: {people.share:.1%} of opinions"
+            f" agree, Krippendorff's alpha {people.alpha:.3f}"
+        )
     print_table(_figures(found.predictor), title="DoI as a predictor of detector errors")
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from reviewer.evaluation.agreement import Agreement, agreement
 from reviewer.evaluation.predicting import (
     Interval,
     area_under_risk_coverage,
@@ -64,7 +65,8 @@ class AuditReport:
             something to decide.
         confusion: rows of decision, oracle decision, count.
         groups: rows of grouping, group, regions, agreeing, pixels that the oracle saves.
-        verdicts: rows of verdict, decision, count.
+        verdicts: rows of verdict, decision, reason that was given, count.
+        people: how far people agree, over regions that two or more judged.
     """
 
     regions: int
@@ -72,6 +74,7 @@ class AuditReport:
     confusion: list[dict[str, Any]]
     groups: list[dict[str, Any]]
     verdicts: list[dict[str, Any]]
+    people: Agreement
     predictor: Predictor
 
     def record(self) -> dict[str, Any]:
@@ -94,12 +97,14 @@ def audit_report(rows: Sequence[AuditRow]) -> AuditReport:
         "reason": lambda row: row.reason,
     }
     groups = [group for way, key in ways.items() for group in _grouped(way, counted, key)]
-    said = Counter((row.verdict, row.choice) for row in rows if row.verdict)
+    said = Counter((row.verdict, row.choice, row.verdict_reason) for row in rows if row.verdict)
     verdicts = [
-        {"verdict": verdict, "decision": choice, "regions": number}
-        for (verdict, choice), number in sorted(said.items())
+        {"verdict": verdict, "decision": choice, "reason": reason or "-", "regions": number}
+        for (verdict, choice, reason), number in sorted(said.items())
     ]
-    return AuditReport(len(rows), len(counted), confusion, groups, verdicts, predict_errors(rows))
+    people = agreement([row.opinions for row in rows])
+    predictor = predict_errors(rows)
+    return AuditReport(len(rows), len(counted), confusion, groups, verdicts, people, predictor)
 
 
 def oracle_choice(row: AuditRow) -> str:

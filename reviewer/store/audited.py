@@ -17,7 +17,8 @@ class AuditRow:
     Attributes:
         choice: the rule's decision.
         outcomes: counts inside the region by outcome.
-        verdict: the newest one a person gave.
+        verdict: the newest one a person gave; `verdict_reason` why, "" where nothing was said.
+        opinions: what every person's newest verdict makes of it: adopt, keep or reject.
     """
 
     region_id: int
@@ -29,13 +30,21 @@ class AuditRow:
     doi: float
     verdict: Verdict | None
     outcomes: Mapping[str, Counts]
+    verdict_reason: str = ""
+    opinions: tuple[str, ...] = ()
 
 
 def audit_rows(store: Store, run_id: int) -> list[AuditRow]:
     """Return the regions of a run whose outcomes are counted, by id (`refresh_terms` first)."""
+    said: dict[int, list[str]] = {}
+    for row in store.read().execute(
+        "SELECT region_id, outcome FROM opinions WHERE run_id = ? ORDER BY annotator", [run_id]
+    ):
+        said.setdefault(row["region_id"], []).append(row["outcome"])
     rows = store.read().execute(
         "SELECT g.id, g.pair_id, d.split, coalesce(d.labels, '') AS labels, g.reason, g.choice,"
-        " g.doi, d.verdict, o.outcome, o.tp, o.fp, o.fn FROM regions g"
+        " g.doi, d.verdict, coalesce(d.verdict_reason, '') AS verdict_reason,"
+        " o.outcome, o.tp, o.fp, o.fn FROM regions g"
         " JOIN doi_decisions d ON d.region_id = g.id"
         " JOIN region_outcomes o ON o.region_id = g.id"
         " JOIN ground_truth t ON t.pair_id = g.pair_id AND t.number = o.revision"
@@ -58,5 +67,7 @@ def audit_rows(store: Store, run_id: int) -> list[AuditRow]:
                 row["doi"],
                 row["verdict"],
                 own,
+                row["verdict_reason"],
+                tuple(said.get(row["id"], ())),
             )
     return list(found.values())

@@ -319,7 +319,9 @@ def test_keys_can_be_changed_but_never_collide(server, desk):
     wait_title(frame, "cs1/0000")
     page.keyboard.press("Shift+E")
     expect(pressed).to_have_attribute("data-tool", "eraser")
-    expect(frame.locator('button[data-tool="eraser"]')).to_have_attribute("title", "Eraser (Shift+e)")
+    expect(frame.locator('button[data-tool="eraser"]')).to_have_attribute(
+        "title", "Eraser (Shift+e)"
+    )
     page.keyboard.press("?")
     frame.click("#reset-keys")
     expect(frame.locator('[data-key="eraser"]')).to_have_text("e")

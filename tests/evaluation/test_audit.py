@@ -93,7 +93,9 @@ def test_decisions_are_held_against_those_with_fewer_wrong_pixels():
     assert by_split["cs1"]["right"] == 2 and by_split["cs1"]["pixels lost"] == 75
     assert by_split["hw3"]["share"] == 1.0
     assert [g["group"] for g in found.groups if g["by"] == "size"] == ["< 8²", "< 16²"]
-    assert found.verdicts == [{"verdict": "keep", "decision": "adopt", "regions": 1}]
+    (said,) = found.verdicts
+    assert said == {"verdict": "keep", "decision": "adopt", "reason": "-", "regions": 1}
+    assert found.people.things == 0
 
 
 def test_the_detector_is_wrong_where_its_pixels_miss_the_truth():
@@ -107,7 +109,8 @@ def test_the_detector_is_wrong_where_its_pixels_miss_the_truth():
 def test_the_report_of_a_run_and_its_figure(db, run, tiny_split, tmp_path):
     refresh_terms(db, run)
     region = audit_rows(db, run.id)[0]
-    give_verdict(db, region.region_id, annotator_id(db, "Ada"), "agree")
+    give_verdict(db, region.region_id, annotator_id(db, "Ada"), "agree", reason="glass")
+    give_verdict(db, region.region_id, annotator_id(db, "Bob"), "reject")
     place = ["--db", str(db.path)]
     figure = tmp_path / "audit.png"
     done = CliRunner().invoke(app, ["audit", "report", "--figure", str(figure), *place])
@@ -115,4 +118,6 @@ def test_the_report_of_a_run_and_its_figure(db, run, tiny_split, tmp_path):
     assert "DoI as a predictor" in done.output and figure.stat().st_size > 5000
     record = json.loads(CliRunner().invoke(app, ["audit", "report", "--json", *place]).output)
     assert record["regions"] == len(audit_rows(db, run.id))
-    assert record["verdicts"][0]["verdict"] == "agree"
+    assert record["verdicts"][0]["verdict"] == "reject"
+    assert record["people"]["things"] == 1 and record["people"]["share"] == 0.0
+    assert "judged by two or more: 0.0% of opinions agree" in done.output
