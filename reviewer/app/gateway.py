@@ -21,7 +21,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 
 from reviewer import __version__
-from reviewer.app import messages as m
+from reviewer.app import frame_messages as frame
 from reviewer.app.access import Access, Guard, problem
 from reviewer.app.api import build_api
 from reviewer.app.desks import Desk, Desks
@@ -33,7 +33,7 @@ from reviewer.store.database import Store
 from reviewer.store.reviews import annotator_id
 
 LOG = logging.getLogger(__name__)
-FROM_FRAME: TypeAdapter[m.FromFrame] = TypeAdapter(m.FromFrame)
+FROM_FRAME: TypeAdapter[frame.FromFrame] = TypeAdapter(frame.FromFrame)
 PAGE_SECURITY = (
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self';"
     " connect-src 'self'; frame-ancestors 'self'; base-uri 'none'; form-action 'self'"
@@ -234,21 +234,21 @@ async def _serve_desk(
         writer.cancel()
 
 
-def _handle(desk: Desk, clicks: Clicks, message: m.FromFrame) -> None:
+def _handle(desk: Desk, clicks: Clicks, message: frame.FromFrame) -> None:
     """Do what the frame asks."""
     match message:
-        case m.Showing():
+        case frame.Showing():
             ahead = desk.showing(message.pair)
             clicks.embed_ahead(id(desk), [message.pair, *ahead], desk.chosen_run)
-        case m.Step():
+        case frame.Step():
             desk.step(message.by)
-        case m.Changed():
+        case frame.Changed():
             desk.redraw("change")
-        case m.RunChosen():
+        case frame.RunChosen():
             desk.filter(run=message.run)
-        case m.ThemeChosen():
+        case frame.ThemeChosen():
             desk.dark = message.dark
             desk.redraw("theme")
-        case m.WindowSize():
+        case frame.WindowSize():
             desk.window_width = message.width
             desk.redraw("window")
