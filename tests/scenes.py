@@ -19,13 +19,16 @@ def textured(seed: int) -> np.ndarray:
     return np.clip(coarse + fine, 0, 255).astype(np.uint8)
 
 
-def write_split(folder: Path, pairs: int = 3) -> Path:
-    """Write a split of layout `sequence`: a red square appears in every live image but the last."""
+def write_split(folder: Path, pairs: int = 3, first: int = 0) -> Path:
+    """Write a split of layout `sequence`: a red square appears in every live image but the last.
+
+    Pictures are numbered from `first`: other numbers, other textures.
+    """
     for name in ("reference", "live", "mask"):
         (folder / name).mkdir(parents=True)
     rows = [["session", "name", "stamp", "x", "y", "theta"]]
     for k in range(pairs):
-        reference = textured(k)
+        reference = textured(first + k)
         live, mask = reference.copy(), np.zeros((HEIGHT, WIDTH), bool)
         if k < pairs - 1:
             mask[40:60, 50 + 10 * k : 75 + 10 * k] = True

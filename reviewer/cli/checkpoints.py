@@ -58,11 +58,12 @@ def checkpoint(
     typer.echo(f"pictures are shown {windows}")
     typer.echo(f"changed: class {record.changed_class} where p > {record.threshold:g}")
     if record.training:
-        scores = record.training["synthetic_validation"]
+        name = next(key for key in record.training if key.endswith("_validation"))
+        scores = record.training[name]
         typer.echo(
             f"trained here: iteration {record.training['iteration']}, seed"
-            f" {record.training['training']['seed']}, F {scores['f_score']:.4f} on synthetic"
-            f" validation, data {record.training['data']['sha256'][:12]}"
+            f" {record.training['training']['seed']}, F {scores['f_score']:.4f} on"
+            f" {name.replace('_', ' ')}, data {record.training['data']['sha256'][:12]}"
         )
     if save is not None:
         save_checkpoint(save, module, record)

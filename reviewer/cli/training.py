@@ -1,104 +1,71 @@
-"""`synth` and `train`: synthetic pairs of reference images, and detectors fitted to them."""
+"""`train`: detectors fitted to synthetic pairs of reference images, or to ground truth."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from reviewer.cli.options import DEFAULT_DB, Database, Splits, app, open_store, progress_bar
+from reviewer.cli.data import FoldName
+from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, progress_bar
+from reviewer.cli.pipeline import run_stages
+from reviewer.cli.synthesis import (
+    Category,
+    Coco,
+    CocoImages,
+    LeastArea,
+    Seed,
+    Synthesis,
+    TrainOn,
+    TrainOnName,
+    open_bank,
+    read_synthesis,
+)
 from reviewer.errors import InvalidInput
 
 if TYPE_CHECKING:
     from reviewer.store.database import Store
     from reviewer.synthesis.bank import Bank
     from reviewer.synthesis.settings import SynthesisSettings
-    from reviewer.training.session import Validated
+    from reviewer.training.loop import Step
+    from reviewer.training.session import TrainingData, Validated
+    from reviewer.training.settings import TrainingSettings
 
-TrainOnName = Literal["same_split", "same_workspace", "others"]
 DetectorName = Literal["cscdnet", "cscdnet-attention", "dr-tanet", "cdnet", "tanet"]
 PreprocessingName = Literal["bgr_128", "imagenet"]
 PrecisionName = Literal["auto", "float32", "bfloat16"]
-
-TrainOn = Annotated[
-    TrainOnName,
-    typer.Option(help="Reference images of these splits, of their workspaces, or of the others."),
-]
-Coco = Annotated[
-    Path | None,
-    typer.Option(help="COCO instances JSON with the objects to paste; else rendered ones."),
-]
-CocoImages = Annotated[
-    Path | None, typer.Option(help="Folder of its images; else images/ beside the JSON.")
-]
-Category = Annotated[
-    list[str] | None, typer.Option(help="Only objects of this category; repeatable.")
-]
-LeastArea = Annotated[int, typer.Option(help="Leave out objects with fewer pixels.", min=1)]
-Synthesis = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--synthesis",
-        metavar="NAME=VALUE",
-        help="A setting of synthesis, such as removal=0 or size_px=8,80; repeatable.",
-    ),
-]
-Seed = Annotated[int, typer.Option(help="Decides everything random.")]
-
-
-@app.command()
-def synth(
-    target: Annotated[Path, typer.Argument(help="New folder: t0/ t1/ mask/ contact-sheet.png")],
-    count: Annotated[int, typer.Option(help="How many pairs.", min=1)] = 100,
-    crop: Annotated[
-        int | None, typer.Option(help="Side of a square cut out; else whole images.", min=64)
-    ] = None,
-    split: Splits = None,
-    train_on: TrainOn = "same_split",
-    coco: Coco = None,
-    images: CocoImages = None,
-    category: Category = None,
-    least_area: LeastArea = 400,
-    synthesis: Synthesis = None,
-    seed: Seed = 0,
-    db: Database = DEFAULT_DB,
-) -> None:
-    """Write synthetic pairs of reference images as a t0t1 folder, with a contact sheet."""
-    from reviewer.synthesis.folder import write_folder
-    from reviewer.synthesis.pairs import TRAINING, numbered_pair
-    from reviewer.synthesis.shelf import Shelf
-    from reviewer.training.selection import data_record, select_references
-
-    settings = _synthesis(synthesis)
-    with open_store(db) as store:
-        references = select_references(store, split or [], train_on)
-        bank = _bank(store, coco, images, category, least_area, seed)
-    shelf = Shelf([image.path for image in references])
-    record = {
-        "synthesis": settings.record(),
-        "data": data_record(references, bank, settings),
-        "seed": seed,
-    }
-    with progress_bar("synth") as bar:
-        write_folder(
-            target,
-            count,
-            lambda number: numbered_pair(
-                shelf, bank, settings, seed=seed, stream=TRAINING, number=number, side=crop
-            ),
-            record,
-            lambda done, total: bar(done, total, ""),
-        )
-    typer.echo(f"{count} pairs in {target}; look at {target / 'contact-sheet.png'}")
 
 
 @app.command()
 def train(
     detector: Annotated[DetectorName, typer.Argument(help="Which net.")],
     name: Annotated[str | None, typer.Option(help="Name of the training; else the net's.")] = None,
+    from_ground_truth: Annotated[
+        bool,
+        typer.Option(
+            "--from-ground-truth",
+            help="Train on the stored masks, a net a fold, and run the pipeline on what they find.",
+        ),
+    ] = False,
+    by: Annotated[
+        FoldName | None, typer.Option(help="Ground truth: what a fold holds out.  [workspace]")
+    ] = None,
+    parts: Annotated[
+        int | None, typer.Option(help="Ground truth: folds of --by same-split.  [5]")
+    ] = None,
+    warped_by: Annotated[
+        str | None, typer.Option(help="Ground truth: run that aligned the pairs; else the newest.")
+    ] = None,
+    state: Annotated[
+        list[str] | None,
+        typer.Option(help="Ground truth: only pairs in this review state; repeatable."),
+    ] = None,
+    start: Annotated[
+        Path | None, typer.Option(help="Checkpoint of the same net to go on from.")
+    ] = None,
     split: Annotated[
         list[str] | None,
         typer.Option(
@@ -147,15 +114,9 @@ def train(
     ] = 0,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Train a detector on synthetic pairs; the same command again goes on where it was stopped."""
-    from reviewer.metrics import f_score
-    from reviewer.synthesis.shelf import Shelf
-    from reviewer.training.selection import data_record, select_references
-    from reviewer.training.session import TrainingData
-    from reviewer.training.session import train as fit
+    """Train a detector on synthetic pairs, or on ground truth; the same command again goes on."""
     from reviewer.training.settings import TrainingSettings
 
-    splits = [each for text in split or [] for each in text.split(",")]
     given = {"iterations": iterations, "batch": batch, "lr": lr}
     of_net = {"level": level, "strength": strength, "source": source, "window": window}
     settings = TrainingSettings.of_paper(
@@ -172,126 +133,182 @@ def train(
         seed=seed,
         **{key: value for key, value in given.items() if value is not None},
     )
-    pasting = _synthesis(synthesis)
     backbone = None if backbone_weights == "none" else Path(backbone_weights)
-    if backbone is None:
+    if backbone is None and start is None:
         typer.echo("encoders start from random weights (--backbone-weights takes a ResNet-18)")
-    with open_store(db) as store:
-        references = select_references(store, splits, train_on)
-        bank = _bank(store, coco, images, category, least_area, seed)
-        title = name or detector
-        folder = store.folder / "trainings" / title
-        record = {
-            **data_record(references, bank, pasting),
-            "splits": sorted(splits),
-            "train_on": train_on,
-        }
-        shelf = Shelf([image.path for image in references])
-        data = TrainingData(shelf, bank, pasting, record)
-
-        def keep(at: Validated) -> None:
-            typer.echo(
-                f"iteration {at.iteration}: F {f_score(at.counts):.4f} on synthetic validation,"
-                f" best {at.best_f:.4f} at {at.best_iteration}"
-            )
-            _keep(store, title, folder, settings.record(), pasting.record(), record, at)
-
-        with progress_bar(title) as bar:
-            done = fit(
-                folder,
-                settings,
-                data,
-                backbone=backbone,
-                workers=workers,
-                on_step=lambda step: bar(
-                    step.iteration,
-                    settings.iterations,
-                    f"loss {step.loss:.4f}, {step.pairs_per_s:.1f} pairs/s",
-                ),
-                on_validation=keep,
-            )
-    typer.echo(
-        f"{title}: {done.iteration} iterations; best F on synthetic validation {done.best_f:.4f}"
-        f" at iteration {done.best_iteration}"
+    order = Order(
+        name or detector,
+        settings,
+        [each for text in split or [] for each in text.split(",")],
+        backbone,
+        start,
+        workers,
     )
-    typer.echo(f"next: reviewer run --detector {detector}:{folder / 'best.pt'}")
+    pasted = {"--coco": coco, "--images": images, "--category": category, "--synthesis": synthesis}
+    labelled = {"--by": by, "--parts": parts, "--warped-by": warped_by, "--state": state}
+    with open_store(db) as store:
+        if from_ground_truth:
+            _refuse(pasted, "is about synthetic pairs, --from-ground-truth pastes nothing")
+            _train_on_truth(store, order, by or "workspace", parts or 5, warped_by, state or [])
+        else:
+            _refuse(labelled, "belongs to --from-ground-truth, which is not given")
+            bank = open_bank(store, coco, images, category, least_area, seed)
+            _train_on_synthesis(store, order, train_on, bank, read_synthesis(synthesis))
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be trained, whatever on."""
+
+    title: str
+    settings: TrainingSettings
+    splits: list[str]
+    backbone: Path | None
+    start: Path | None
+    workers: int
+
+    def folder(self, store: Store) -> Path:
+        return store.folder / "trainings" / self.title
+
+
+def _refuse(given: Mapping[str, object], why: str) -> None:
+    for option, value in given.items():
+        if value:
+            raise InvalidInput(f"{option}: {why}")
+
+
+def _train_on_synthesis(
+    store: Store, order: Order, train_on: TrainOnName, bank: Bank, pasting: SynthesisSettings
+) -> None:
+    from reviewer.synthesis.shelf import Shelf
+    from reviewer.training.selection import data_record, select_references
+    from reviewer.training.session import train as fit
+    from reviewer.training.stream import SyntheticData
+
+    settings, folder = order.settings, order.folder(store)
+    references = select_references(store, order.splits, train_on)
+    record = {
+        **data_record(references, bank, pasting),
+        "splits": sorted(order.splits),
+        "train_on": train_on,
+    }
+    data = SyntheticData(Shelf([image.path for image in references]), bank, pasting, record)
+    with progress_bar(order.title) as bar:
+        done = fit(
+            folder,
+            settings,
+            data,
+            backbone=order.backbone,
+            start=order.start,
+            workers=order.workers,
+            on_step=lambda step: bar(step.iteration, settings.iterations, _speed(step)),
+            on_validation=lambda at: _keep(store, order.title, folder, settings, data, at),
+        )
+    typer.echo(
+        f"{order.title}: {done.iteration} iterations; best F on synthetic validation"
+        f" {done.best_f:.4f} at iteration {done.best_iteration}"
+    )
+    typer.echo(f"next: reviewer run --detector {settings.net}:{folder / 'best.pt'}")
+
+
+def _train_on_truth(
+    store: Store,
+    order: Order,
+    by: FoldName,
+    parts: int,
+    warped_by: str | None,
+    states: Sequence[str],
+) -> None:
+    """Fit a net a fold, then run the pipeline on what each found in the pairs it has not seen."""
+    from dataclasses import replace
+
+    from reviewer.crossfit.fitting import Reports, fit_folds
+    from reviewer.crossfit.folds import fold_data, write_truth
+    from reviewer.export.folds import make_folds
+    from reviewer.export.selection import Selection, select_labelled
+    from reviewer.pipeline.settings import IMPORTED, PipelineSettings
+    from reviewer.store.runs import list_runs, run_or_newest
+
+    settings, folder = order.settings, order.folder(store)
+    others = [run for run in list_runs(store) if run.name != order.title]
+    warper = run_or_newest(store, warped_by or (others[-1].name if others else None))
+    selection = Selection(splits=tuple(order.splits), states=tuple(states))
+    labelled, without = select_labelled(store, selection)
+    folds = make_folds(store, [item.pair for item in labelled], by, parts)
+    files = write_truth(store, labelled, folder / "truth", selection, warper)
+    folded = fold_data(folds, files, {"by": by, "warped_by": warper.name})
+    typer.echo(
+        f"{len(labelled)} pairs with ground truth ({len(without)} without), warped by"
+        f" {warper.name}; folds by {by}: {', '.join(fold.name for fold in folds)}"
+    )
+    with progress_bar(order.title) as bar:
+        maps = fit_folds(
+            store,
+            folder,
+            settings,
+            folded,
+            warper,
+            Reports(
+                step=lambda each, step: bar(
+                    step.iteration, settings.iterations, f"fold {each.fold.name}, {_speed(step)}"
+                ),
+                validated=lambda each, at: _keep(
+                    store,
+                    f"{order.title}/{each.fold.name}",
+                    folder / each.fold.name,
+                    settings,
+                    each.data,
+                    at,
+                ),
+                judged=lambda each, done: bar(
+                    done, len(each.fold.test), f"fold {each.fold.name}, judging"
+                ),
+            ),
+            backbone=order.backbone,
+            start=order.start,
+            workers=order.workers,
+        )
+    known = PipelineSettings.of_record(warper.settings)
+    models = {stage: own for stage, own in known.model_settings.items() if stage != "detect"}
+    found = replace(known, detector=IMPORTED, model_settings=models)
+    splits = sorted({pair.split for fold in folds for pair in fold.test})
+    run_stages(store, order.title, found, "all", splits, 2, folders={"detect": maps})
+    typer.echo(f"next: reviewer evaluate --run {order.title}; reviewer evaluate --table-a")
+
+
+def _speed(step: Step) -> str:
+    return f"loss {step.loss:.4f}, {step.pairs_per_s:.1f} pairs/s"
 
 
 def _keep(
     store: Store,
     name: str,
     folder: Path,
-    settings: dict[str, Any],
-    pasting: dict[str, Any],
-    data: dict[str, Any],
+    settings: TrainingSettings,
+    data: TrainingData,
     at: Validated,
 ) -> None:
-    """Bring the store's row of a training up to date."""
+    """Say where a training stands, and bring the store's row of it up to date."""
     from reviewer.dataset.files import hash_file
+    from reviewer.metrics import f_score
     from reviewer.store.trainings import StoredTraining, save_training
 
-    best = folder / "best.pt"
+    typer.echo(
+        f"{name}, iteration {at.iteration}: F {f_score(at.counts):.4f} on {data.kind} validation,"
+        f" best {at.best_f:.4f} at {at.best_iteration}"
+    )
+    best, parts = folder / "best.pt", data.parts()
     save_training(
         store,
         StoredTraining(
             name,
-            settings["net"],
+            settings.net,
             best.relative_to(store.folder).as_posix(),
             hash_file(best),
-            {"training": settings, "synthesis": pasting, "data": data},
-            data["sha256"],
-            settings["seed"],
+            {"training": settings.record(), **parts},
+            parts["data"]["sha256"],
+            settings.seed,
             at.iteration,
             at.best_f,
         ),
     )
-
-
-def _synthesis(given: Sequence[str] | None) -> SynthesisSettings:
-    """Read NAME=VALUE settings; two numbers are separated by a comma."""
-    from reviewer.synthesis.settings import SynthesisSettings
-
-    defaults = SynthesisSettings()
-    known = [field.name for field in fields(defaults)]
-    values: dict[str, Any] = {}
-    for text in given or []:
-        name, equals, value = text.partition("=")
-        if name not in known or not equals:
-            raise InvalidInput(f"--synthesis {text}: not NAME=VALUE of {', '.join(known)}")
-        default = (0.0, 1.0) if name == "rows" else getattr(defaults, name)
-        kind = type(default[0]) if isinstance(default, tuple) else type(default)
-        try:
-            numbers = [kind(part) for part in value.split(",")]
-        except ValueError as error:
-            raise InvalidInput(f"--synthesis {text}: {value!r} is no {kind.__name__}") from error
-        wanted = len(default) if isinstance(default, tuple) else 1
-        if len(numbers) != wanted:
-            raise InvalidInput(f"--synthesis {text}: {name} is {wanted} numbers with a comma")
-        values[name] = tuple(numbers) if isinstance(default, tuple) else numbers[0]
-    return SynthesisSettings(**values)
-
-
-def _bank(
-    store: Store,
-    coco: Path | None,
-    images: Path | None,
-    categories: Sequence[str] | None,
-    least_area: int,
-    seed: int,
-) -> Bank:
-    """Open the bank of objects to paste, and say what it left out."""
-    from reviewer.synthesis.bank import load_bank
-    from reviewer.synthesis.demo_bank import open_demo_bank
-
-    if coco is None:
-        if images or categories:
-            raise InvalidInput("--images and --category: belong to --coco, which is not given")
-        with progress_bar("render objects") as bar:
-            return open_demo_bank(
-                store.folder / "object-bank", lambda done, total: bar(done, total, "")
-            )
-    folder = images or coco.parent / "images"
-    bank = load_bank(coco, folder, categories=categories or [], least_area_px=least_area, seed=seed)
-    left_out = "".join(f"; left out: {n} {why}" for why, n in sorted(bank.left_out.items()))
-    typer.echo(f"{len(bank.objects)} objects to paste from {coco}{left_out}")
-    return bank

@@ -21,9 +21,7 @@ from reviewer.metrics import Counts, count
 from reviewer.models.device import best_device, choose_precision
 from reviewer.models.nets.pictures import change_probability, prepare
 from reviewer.training.settings import TrainingSettings
-from reviewer.training.stream import SyntheticPairs, batches
-
-CHANGED = 1
+from reviewer.training.stream import CHANGED, IGNORED, NumberedPairs, batches
 
 
 class TrainingFailed(ReviewerError):
@@ -71,7 +69,7 @@ class Fit:
         self.optimiser.load_state_dict(state["optimiser"])
         self.iteration = int(state["iteration"])
 
-    def steps(self, pairs: SyntheticPairs, *, until: int, workers: int) -> Iterator[Step]:
+    def steps(self, pairs: NumberedPairs, *, until: int, workers: int) -> Iterator[Step]:
         """Do iterations up to `until`, yielding each.
 
         Raises:
@@ -110,7 +108,7 @@ class Fit:
             seconds = time.perf_counter() - start
             yield Step(self.iteration, value, norm, lr, batch / seconds)
 
-    def validate(self, pairs: SyntheticPairs) -> Counts:
+    def validate(self, pairs: NumberedPairs) -> Counts:
         """Return pixel counts over the validation's pairs, pooled, by the larger of both logits.
 
         The net is left as it was.
@@ -124,14 +122,18 @@ class Fit:
                 made = [pairs[k] for k in numbers[start : start + size]]
                 logits = self._logits(torch.stack([pictures for pictures, _ in made]))
                 found = change_probability(logits, CHANGED) > 0.5
-                truth = torch.stack([classes for _, classes in made]) == CHANGED
-                counts += count(found.flatten(0, 1).cpu().numpy(), truth.flatten(0, 1).numpy())
+                classes = torch.stack([classes for _, classes in made]).flatten(0, 1).numpy()
+                ignored = classes == IGNORED
+                counts += count(found.flatten(0, 1).cpu().numpy(), classes == CHANGED, ignored)
         return counts
 
     def _loss(self, pictures: Tensor, classes: Tensor) -> Tensor:
         logits = self._logits(pictures)
         return functional.cross_entropy(
-            logits.float(), classes.to(self.device), weight=self._weights
+            logits.float(),
+            classes.to(self.device),
+            weight=self._weights,
+            ignore_index=IGNORED,
         )
 
     def _logits(self, pictures: Tensor) -> Tensor:

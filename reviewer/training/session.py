@@ -1,6 +1,6 @@
 """A training in its folder: checkpoints, the state to go on from, the log and its curve.
 
-    best.pt    weights with the best F on the synthetic validation; what a run should use
+    best.pt    weights with the best F on the validation; what a run should use
     last.pt    the newest weights
     state.pt   what the training goes on from, written after the other two
     log.csv    loss of every iteration, scores of every validation
@@ -14,51 +14,55 @@ Every file is replaced whole, so a kill or a full disk leaves the checkpoint bef
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 import torch
+from torch import nn
 
 from reviewer.atomic import whole_file
 from reviewer.dataset.files import hash_file
-from reviewer.errors import Conflict
+from reviewer.errors import Conflict, InvalidInput
 from reviewer.metrics import Counts, f_score, precision, recall
 from reviewer.models.nets.backbone import load_backbone
 from reviewer.models.nets.build import build_net
-from reviewer.models.nets.checkpoints import NetRecord, read_weights, save_checkpoint, save_whole
-from reviewer.synthesis.bank import Bank
+from reviewer.models.nets.checkpoints import (
+    NetRecord,
+    load_checkpoint,
+    read_weights,
+    save_checkpoint,
+    save_whole,
+)
 from reviewer.synthesis.folder import SHEET_PAIRS, contact_sheet
-from reviewer.synthesis.pairs import TRAINING, VALIDATION
-from reviewer.synthesis.settings import SynthesisSettings
 from reviewer.training.curve import draw_curve
 from reviewer.training.log import Log
 from reviewer.training.loop import Fit, Step, TrainingFailed
 from reviewer.training.settings import TrainingSettings
-from reviewer.training.stream import SyntheticPairs
+from reviewer.training.stream import NumberedPairs
 
 Image = npt.NDArray[np.uint8]
 
 
-@dataclass(frozen=True, slots=True)
-class TrainingData:
-    """What pairs are made of, and what the record says of it.
+class TrainingData(Protocol):
+    """What a net is trained on: `stream.SyntheticData`, or `labelled.LabelledData`.
 
     Attributes:
-        references: uint8 RGB images.
-        bank: objects to paste.
-        synthesis: how.
-        record: plain JSON values: splits, hashes; part of what a folder keeps to.
+        kind: what the pairs are: "synthetic" or "labelled".
     """
 
-    references: Sequence[Image]
-    bank: Bank
-    synthesis: SynthesisSettings
-    record: Mapping[str, Any]
+    @property
+    def kind(self) -> str: ...
+
+    def parts(self) -> dict[str, dict[str, Any]]:
+        """Return what a training on this keeps to, as plain JSON values; one part is "data"."""
+
+    def streams(self, settings: TrainingSettings) -> tuple[NumberedPairs, NumberedPairs]:
+        """Return pairs to train on and to validate on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,38 +81,32 @@ def train(
     data: TrainingData,
     *,
     backbone: Path | None = None,
+    start: Path | None = None,
     workers: int = 0,
     on_step: Callable[[Step], None] = lambda step: None,
     on_validation: Callable[[Validated], None] = lambda validated: None,
 ) -> Validated:
     """Train to the end, from where the folder's training stands.
 
+    Args:
+        backbone: ResNet-18 weights that the encoders start from.
+        start: checkpoint of the same net that the whole of it starts from.
+
     Raises:
+        InvalidInput: when `start` is of another net or width.
         Conflict: when the folder holds a training with other settings.
         TrainingFailed: when the loss is not finite, or a checkpoint cannot be written (disk full);
             the folder keeps the last one.
     """
     torch.manual_seed(settings.seed)
     net = build_net(settings.net, settings.width, **settings.net_settings)
-    identity = {
-        "training": settings.record(),
-        "synthesis": data.synthesis.record(),
-        "data": {**data.record, "backbone": hash_file(backbone) if backbone else "none"},
-    }
+    identity = {"training": settings.record(), **data.parts()}
+    identity["data"]["backbone"] = hash_file(backbone) if backbone else "none"
+    if start:
+        identity["data"]["start"] = hash_file(start)
     _claim(folder, identity)
     fit = Fit(net, settings)
-    held = data.bank.split(settings.held_out)
-    training, validation = (
-        SyntheticPairs(
-            data.references,
-            bank,
-            data.synthesis,
-            side=settings.crop_px,
-            seed=settings.seed,
-            stream=stream,
-        )
-        for bank, stream in zip(held, (TRAINING, VALIDATION), strict=True)
-    )
+    training, validation = data.streams(settings)
     best_f, best_iteration = -1.0, 0
     if (folder / "state.pt").exists():
         state = read_weights(folder / "state.pt")
@@ -117,6 +115,8 @@ def train(
     else:
         if backbone:
             load_backbone(net, backbone)
+        if start:
+            _start_from(net, start, settings)
         shown = [training.pair(number) for number in range(SHEET_PAIRS)]
         _write_png(folder / "pairs.png", contact_sheet(shown))
     log = Log(folder / "log.csv", fit.iteration)
@@ -135,7 +135,7 @@ def train(
             step.iteration if better else at.best_iteration,
         )
         try:
-            _save(folder, fit, identity, at, log, better=better)
+            _save(folder, fit, identity, at, log, data.kind, better=better)
         except OSError as error:
             raise TrainingFailed(
                 f"iteration {step.iteration}: its checkpoint could not be written, {error};"
@@ -145,18 +145,34 @@ def train(
     return at
 
 
+def _start_from(net: nn.Module, start: Path, settings: TrainingSettings) -> None:
+    trained, record = load_checkpoint(start, settings.net)
+    if record.width != settings.width or dict(record.settings) != dict(settings.net_settings):
+        raise InvalidInput(
+            f"{start}: is a {record.net} of width {record.width:g} {dict(record.settings) or ''},"
+            f" not of width {settings.width:g} {dict(settings.net_settings) or ''}"
+        )
+    if record.preprocessing != settings.preprocessing:
+        raise InvalidInput(
+            f"{start}: was trained with preprocessing {record.preprocessing},"
+            f" not {settings.preprocessing}"
+        )
+    net.load_state_dict(trained.state_dict())
+
+
 def _save(
     folder: Path,
     fit: Fit,
     identity: dict[str, dict[str, Any]],
     at: Validated,
     log: Log,
+    kind: str,
     *,
     better: bool,
 ) -> None:
     """Write checkpoints, log and curve; the state comes last, so it is never ahead of the rest."""
     settings, counts = fit.settings, at.counts
-    record = _record(fit, identity, at)
+    record = _record(fit, identity, at, kind)
     for name in ("best.pt", "last.pt") if better else ("last.pt",):
         save_checkpoint(folder / name, fit.net, record)
     log.validated(at.iteration, precision(counts), recall(counts), f_score(counts))
@@ -190,7 +206,7 @@ def _claim(folder: Path, identity: dict[str, dict[str, Any]]) -> None:
         )
 
 
-def _record(fit: Fit, identity: dict[str, dict[str, Any]], at: Validated) -> NetRecord:
+def _record(fit: Fit, identity: dict[str, dict[str, Any]], at: Validated, kind: str) -> NetRecord:
     settings = fit.settings
     scores = {
         "precision": precision(at.counts),
@@ -204,7 +220,7 @@ def _record(fit: Fit, identity: dict[str, dict[str, Any]], at: Validated) -> Net
         preprocessing=settings.preprocessing,
         threshold=settings.threshold,
         window_px=settings.crop_px if fit.net.keeps_to_its_size else 0,
-        training={**identity, "iteration": at.iteration, "synthetic_validation": scores},
+        training={**identity, "iteration": at.iteration, f"{kind}_validation": scores},
     )
 
 

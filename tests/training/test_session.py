@@ -19,9 +19,9 @@ from reviewer.synthesis.bank import Bank, Cutout
 from reviewer.synthesis.pairs import TRAINING
 from reviewer.synthesis.settings import SynthesisSettings
 from reviewer.training.loop import Fit, TrainingFailed
-from reviewer.training.session import TrainingData, train
+from reviewer.training.session import train
 from reviewer.training.settings import TrainingSettings
-from reviewer.training.stream import SyntheticPairs, batches
+from reviewer.training.stream import SyntheticData, SyntheticPairs, batches
 
 EASY = SynthesisSettings(changes=(1, 2), unchanged=0, size_px=(20, 40), colour_match=(0, 0))
 
@@ -34,7 +34,7 @@ def data():
         for colour in [(250, 20, 20), (20, 20, 250), (250, 250, 20), (10, 10, 10)]
     )
     bank = Bank(cutouts, {}, "blocks")
-    return TrainingData([textured(0), textured(1)], bank, EASY, {"sha256": "of-test"})
+    return SyntheticData([textured(0), textured(1)], bank, EASY, {"sha256": "of-test"})
 
 
 def settings(**given):
@@ -141,7 +141,7 @@ def test_a_folder_keeps_to_one_training(data, tmp_path):
     train(tmp_path / "a", settings(iterations=2), data)
     with pytest.raises(Conflict, match="holds a training with another training lr, training seed"):
         train(tmp_path / "a", settings(iterations=2, lr=1.0, seed=4), data)
-    other = TrainingData(data.references, data.bank, EASY, {"sha256": "another"})
+    other = SyntheticData(data.references, data.bank, EASY, {"sha256": "another"})
     with pytest.raises(Conflict, match="another data sha256; give this one a name"):
         train(tmp_path / "a", settings(iterations=2), other)
 

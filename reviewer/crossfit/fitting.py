@@ -1,0 +1,92 @@
+"""Fit a net a fold, and let each judge the pairs that it has not seen.
+
+trainings/NAME/truth/    the exported pairs (`t0t1`)
+trainings/NAME/FOLD/     the training of a fold, as `training.session` has it
+trainings/NAME/maps/     probability of change of every pair, by the net of its fold
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from reviewer.atomic import whole_file
+from reviewer.crossfit.folds import FoldData
+from reviewer.dataset.files import read_rgb
+from reviewer.models.net_detector import NetDetector
+from reviewer.pipeline.stored import warped_reference
+from reviewer.records import Run
+from reviewer.store.database import Store
+from reviewer.training.loop import Step
+from reviewer.training.session import Validated, train
+from reviewer.training.settings import TrainingSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Reports:
+    """Who is told of a fold's steps, validations and judged pairs."""
+
+    step: Callable[[FoldData, Step], None]
+    validated: Callable[[FoldData, Validated], None]
+    judged: Callable[[FoldData, int], None]
+
+
+def fit_folds(
+    store: Store,
+    folder: Path,
+    settings: TrainingSettings,
+    folds: Sequence[FoldData],
+    warper: Run,
+    reports: Reports,
+    *,
+    backbone: Path | None = None,
+    start: Path | None = None,
+    workers: int = 0,
+) -> Path:
+    """Train all folds from where they stand, and write the maps; return the maps' folder.
+
+    Args:
+        warper: run whose alignments the pairs are shown by, in training and in judging.
+
+    Raises:
+        Conflict, InvalidInput, TrainingFailed: see `training.session.train`.
+    """
+    for each in folds:
+        place = folder / each.fold.name
+        train(
+            place,
+            settings,
+            each.data,
+            backbone=backbone,
+            start=start,
+            workers=workers,
+            on_step=lambda step, each=each: reports.step(each, step),  # type: ignore[misc]
+            on_validation=lambda at, each=each: reports.validated(each, at),  # type: ignore[misc]
+        )
+        _judge(store, folder / "maps", settings.net, place / "best.pt", each, warper, reports)
+    return folder / "maps"
+
+
+def _judge(
+    store: Store,
+    maps: Path,
+    net: str,
+    checkpoint: Path,
+    each: FoldData,
+    warper: Run,
+    reports: Reports,
+) -> None:
+    """Write the probability maps of a fold's test pairs, 8-bit PNG."""
+    detector = NetDetector(net, str(checkpoint))
+    for number, pair in enumerate(each.fold.test, start=1):
+        warped, valid = warped_reference(store, warper, pair)
+        probability = detector.detect(warped, read_rgb(pair.live.path), valid)
+        ok, data = cv2.imencode(".png", np.round(probability * 255).astype(np.uint8))
+        assert ok, "OpenCV refused a plain grey image"
+        with whole_file(maps / pair.split / f"{pair.name}.png") as file:
+            file.write(data.tobytes())
+        reports.judged(each, number)

@@ -1,0 +1,139 @@
+"""Training pairs cut from ground truth: pictures of a `t0t1` folder, masks 0, 1 and 255 = ignore.
+
+Squares are cut at random, half of them around a changed pixel, mirrored or not, each picture under
+another light: two drives of one room differ in that, and there are far fewer labelled pairs than
+synthetic ones. Nothing is learnt from ignored pixels.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from reviewer.dataset.files import read_grey
+from reviewer.errors import InvalidInput
+from reviewer.models.nets.pictures import stack_pair
+from reviewer.synthesis.jitter import photograph, relight
+from reviewer.synthesis.pairs import TRAINING, VALIDATION, SyntheticPair, pair_rng
+from reviewer.synthesis.settings import SynthesisSettings
+from reviewer.synthesis.shelf import ROOM_BYTES, Shelf
+from reviewer.training.settings import TrainingSettings
+from reviewer.training.stream import CHANGED, IGNORED, NumberedPairs
+
+IGNORE_LEVEL = 255
+
+
+@dataclass(frozen=True, slots=True)
+class LabelledFiles:
+    """Files of one pair: reference (as the net will see it), live, mask; hashes of all three."""
+
+    title: str
+    reference: Path
+    live: Path
+    mask: Path
+    sha256: str
+
+
+class LabelledPairs(NumberedPairs):
+    """Pair n: a square of a labelled pair."""
+
+    def __init__(
+        self, files: Sequence[LabelledFiles], *, side: int, seed: int, stream: int
+    ) -> None:
+        """Remember the files; they are read when they are wanted."""
+        room = ROOM_BYTES // 2
+        self.past = Shelf([each.reference for each in files], room)
+        self.live = Shelf([each.live for each in files], room)
+        self.files, self.side, self.seed, self.stream = list(files), side, seed, stream
+        # Of synthesis only what another hour of the day does; nothing is pasted.
+        self.light = SynthesisSettings(homography_px=0, flow_px=0)
+
+    def square(self, number: int) -> tuple[SyntheticPair, np.ndarray]:
+        """Return pair `number` as pictures, and its levels uint8 (side, side): 0, 1, 255.
+
+        Raises:
+            InvalidInput: when the pictures of a pair are smaller than the square.
+        """
+        rng = pair_rng(self.seed, self.stream, number)
+        place = int(rng.integers(0, len(self.files)))
+        past, present = self.past[place], self.live[place]
+        levels = read_grey(self.files[place].mask)
+        top, left = _corner(levels, self.side, rng, self.files[place].title)
+        cut = np.s_[top : top + self.side, left : left + self.side]
+        past, present, levels = past[cut], present[cut], levels[cut]
+        if rng.random() < 0.5:
+            past, present, levels = past[:, ::-1], present[:, ::-1], levels[:, ::-1]
+        if self.stream == TRAINING:
+            past, present = (
+                photograph(
+                    relight(picture.astype(np.float32), self.light, rng),
+                    self.light,
+                    rng,
+                    blurred=False,
+                )
+                for picture in (past, present)
+            )
+        return SyntheticPair(past, present, levels == CHANGED), levels
+
+    def pair(self, number: int) -> SyntheticPair:
+        """Return a pair as pictures."""
+        return self.square(number)[0]
+
+    def __getitem__(self, number: int) -> tuple[Tensor, Tensor]:
+        """Return a pair as tensors."""
+        pair, levels = self.square(number)
+        classes = levels.astype(np.int64)
+        classes[levels == IGNORE_LEVEL] = IGNORED
+        return torch.from_numpy(stack_pair(pair.reference, pair.live)), torch.from_numpy(classes)
+
+
+def _corner(levels: np.ndarray, side: int, rng: np.random.Generator, title: str) -> tuple[int, int]:
+    """Return top and left of a square: anywhere, or (every other one) over a changed pixel."""
+    height, width = levels.shape
+    if min(height, width) < side:
+        raise InvalidInput(f"pair {title}: a crop of {side} pixels, but it is {width}x{height}")
+    changed = np.flatnonzero(levels == CHANGED)
+    if len(changed) and rng.random() < 0.5:
+        y, x = divmod(int(changed[int(rng.integers(0, len(changed)))]), width)
+        top, left = y - int(rng.integers(0, side)), x - int(rng.integers(0, side))
+    else:
+        top, left = int(rng.integers(0, height)), int(rng.integers(0, width))
+    return min(max(top, 0), height - side), min(max(left, 0), width - side)
+
+
+@dataclass(frozen=True, slots=True)
+class LabelledData:
+    """Labelled pairs to train on and to validate on.
+
+    Attributes:
+        training, validation: none is in both.
+        record: plain JSON values: the fold, and how it was made.
+    """
+
+    training: Sequence[LabelledFiles]
+    validation: Sequence[LabelledFiles]
+    record: Mapping[str, Any]
+    kind: str = "labelled"
+
+    def parts(self) -> dict[str, dict[str, Any]]:
+        """Return what a training on this keeps to, as plain JSON values."""
+        hashes = [[files.sha256 for files in part] for part in (self.training, self.validation)]
+        digest = hashlib.sha256(json.dumps(hashes).encode()).hexdigest()
+        counts = {"training": len(self.training), "validation": len(self.validation)}
+        return {"data": {**self.record, **counts, "sha256": digest}}
+
+    def streams(self, settings: TrainingSettings) -> tuple[NumberedPairs, NumberedPairs]:
+        """Return squares to train on and to validate on."""
+        training, validation = (
+            LabelledPairs(files, side=settings.crop_px, seed=settings.seed, stream=stream)
+            for files, stream in ((self.training, TRAINING), (self.validation, VALIDATION))
+        )
+        return training, validation
