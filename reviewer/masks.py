@@ -152,6 +152,11 @@ def decode_rle(rle: Rle) -> Mask:
     return _painted(_run_lengths(rle.counts), rle.height, rle.width)
 
 
+def decode_beside(mask: Rle, counts: str | None) -> Mask | None:
+    """Return a mask that is kept as run-lengths alone beside one of its size; None for none."""
+    return None if counts is None else _painted(_run_lengths(counts), mask.height, mask.width)
+
+
 def _run_lengths(counts: str) -> npt.NDArray[np.int64]:
     """Return the runs of a string that was checked (`read_rle`) or made here, 0 first, then 1."""
     codes = np.frombuffer(counts.encode("ascii"), np.uint8).astype(np.int64) - 48

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from reviewer.doi import Choice, Region
 from reviewer.geometry import Grid, Pose2
-from reviewer.masks import Rle
+from reviewer.masks import Mask, Rle, decode_beside
 from reviewer.metrics import Counts
 
 Side = Literal["live", "reference"]
@@ -91,6 +91,10 @@ class MaskRevision:
     active_seconds: float
     created_at: str
     tool_log: tuple[dict[str, Any], ...] = ()
+
+    def ignore(self) -> Mask | None:
+        """Return the pixels not to score, bool (H, W); None where there are none."""
+        return decode_beside(self.mask, self.ignore_rle)
 
 
 @dataclass(frozen=True, slots=True)

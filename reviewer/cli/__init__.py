@@ -14,11 +14,13 @@ from reviewer.cli import (  # noqa: F401
     audit,
     checkpoints,
     data,
+    exporting,
     found,
     machine,
     pipeline,
     runs,
     serving,
+    synthesis,
     training,
     whatif,
 )

@@ -1,4 +1,4 @@
-"""`import`, `import-layer`, `export`: what goes into the store and what comes out of it."""
+"""`import`, `import-layer`: what goes into the store."""
 
 from __future__ import annotations
 
@@ -16,9 +16,6 @@ if TYPE_CHECKING:
 LayoutName = Literal["sequence", "t0t1"]
 PolarityName = Literal["auto", "white", "black"]
 LayerName = Literal["alignment", "detection", "live-objects", "reference-objects"]
-ExportName = Literal["png", "coco", "t0t1", "folds", "webdataset"]
-IgnoreName = Literal["separate", "255", "none"]
-FoldName = Literal["same-split", "split", "workspace"]
 
 
 @app.command("import")
@@ -79,71 +76,6 @@ def import_layer(
         typer.echo(f"without a file: {title}")
     typer.echo(f"{report.imported} pairs got {kind}, {len(report.without_file)} have none")
     typer.echo(f"next: reviewer run all --name {run}")
-
-
-@app.command()
-def export(
-    format: Annotated[ExportName, typer.Argument(help="What to write.")],
-    target: Annotated[Path, typer.Argument(help="New folder, or file for coco.")],
-    split: Splits = None,
-    state: Annotated[
-        list[str] | None, typer.Option(help="Only pairs in this review state; repeatable.")
-    ] = None,
-    annotator: Annotated[
-        list[str] | None, typer.Option(help="Only masks that this person wrote last; repeatable.")
-    ] = None,
-    least_px: Annotated[int | None, typer.Option(help="Fewest changed pixels.")] = None,
-    most_px: Annotated[int | None, typer.Option(help="Most changed pixels.")] = None,
-    run: Annotated[
-        str | None, typer.Option(help="Final masks of this run in place of ground truth.")
-    ] = None,
-    warped_by: Annotated[
-        str | None, typer.Option(help="t0t1: references warped to live by this run.")
-    ] = None,
-    ignore: Annotated[
-        IgnoreName,
-        typer.Option(help="t0t1: ill-posed pixels in ignore/, as 255, or nowhere."),
-    ] = "separate",
-    by: Annotated[FoldName, typer.Option(help="folds: what is held out.")] = "same-split",
-    parts: Annotated[int, typer.Option(help="folds: parts of same-split.")] = 5,
-    db: Database = DEFAULT_DB,
-) -> None:
-    """Export masks, all-zero ones included; whole or not at all, with hashes in a manifest.
-
-    png: a tree of masks; coco: one JSON file; t0t1: pictures and masks to train on; webdataset: the
-    same as tar shards; folds: lists of pairs to train and to test on.
-    """
-    from reviewer.export.coco import export_coco
-    from reviewer.export.folds import export_folds
-    from reviewer.export.png import export_png
-    from reviewer.export.selection import Selection, select_labelled
-    from reviewer.export.t0t1 import export_t0t1
-    from reviewer.export.webdataset import export_webdataset
-    from reviewer.store.runs import run_of_name
-
-    selection = Selection(
-        tuple(split or ()),
-        tuple(state or ()),
-        tuple(annotator or ()),
-        least_px,
-        most_px,
-        run,
-    )
-    with open_store(db) as store:
-        labelled, without = select_labelled(store, selection)
-        if format == "coco":
-            count = export_coco(labelled, target)
-        elif format == "png":
-            count = export_png(labelled, target, selection)
-        elif format == "webdataset":
-            count = export_webdataset(labelled, target, selection)
-        elif format == "t0t1":
-            warper = run_of_name(store, warped_by) if warped_by else None
-            count = export_t0t1(store, labelled, target, selection, warped_by=warper, ignore=ignore)
-        else:
-            count = export_folds(store, labelled, target, selection, by, parts)
-    what = "folds" if format == "folds" else "masks"
-    typer.echo(f"{count} {what} in {target}; {len(without)} pairs have none")
 
 
 def import_all(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from reviewer.cli.data import FoldName
+from reviewer.cli.exporting import FoldName
 from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, progress_bar
 from reviewer.cli.pipeline import run_stages
 from reviewer.cli.synthesis import (

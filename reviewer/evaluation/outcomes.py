@@ -14,7 +14,7 @@ from reviewer.evaluation.terms import (
     scored_pixels,
 )
 from reviewer.evaluation.whatif import WhatIf
-from reviewer.masks import components, crop_of_rle, decode_rle, merge_rles, read_rle
+from reviewer.masks import components, crop_of_rle, decode_rle, merge_rles
 from reviewer.metrics import Counts, f_score
 from reviewer.records import Run
 from reviewer.store.database import Store
@@ -97,9 +97,7 @@ def _make(store: Store, run: Run, pair: StaleTerms) -> Made:
     assert detection is not None and revision is not None, "an integrated pair with a truth"
     change, truth = decode_rle(detection.mask), decode_rle(revision.mask)
     height, width = change.shape
-    ignore = None
-    if revision.ignore_rle:
-        ignore = decode_rle(read_rle(height, width, revision.ignore_rle))
+    ignore = revision.ignore()
     alignment = load_alignment(store, run.id, pair.pair_id)
     objects = load_objects(store, run.id, pair.pair_id)
     live = [crop_of_rle(thing.mask) for thing in objects if thing.side == "live"]

@@ -1,20 +1,23 @@
-"""Which masks an export takes: ground truth or a run's final masks, of chosen pairs."""
+"""Which masks an export takes: ground truth, what people agree on, or a run's final masks."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, get_args
+
+import numpy as np
 
 from reviewer.errors import InvalidInput, NotFound
-from reviewer.masks import Mask, Rle, decode_rle
-from reviewer.records import MaskRevision, Pair
+from reviewer.masks import Mask, Rle, decode_beside, decode_rle, encode_rle
+from reviewer.records import MaskRevision, Pair, Verdict
+from reviewer.store.audited import pairs_with_verdict
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_final_mask
 from reviewer.store.reviews import STATES, pairs_in_state
-from reviewer.store.revisions import newest_revisions
+from reviewer.store.revisions import newest_by_annotator, newest_revisions
 from reviewer.store.runs import run_of_name
 
 
@@ -28,6 +31,10 @@ class Selection:
         annotators: ground truth that one of these wrote last.
         least_px, most_px: changed pixels of the mask.
         run: final masks of this run (after verdicts, where there are any) in place of ground truth.
+        verdicts: pairs with a region (of `run`, else of any) on which one of these was said last.
+        consensus: what more than half of the people who drew a pair last made of it, in place of
+            the newest mask; 0 = no, else how many people there must be. Where exactly half of them
+            say so, the pixel is ignored.
     """
 
     splits: tuple[str, ...] = ()
@@ -36,10 +43,20 @@ class Selection:
     least_px: int | None = None
     most_px: int | None = None
     run: str | None = None
+    verdicts: tuple[str, ...] = ()
+    consensus: int = 0
 
     def __post_init__(self) -> None:
         if self.run is not None and self.annotators:
             raise InvalidInput("export: --annotator is about ground truth, --run about predictions")
+        if self.consensus and (self.run is not None or self.annotators):
+            raise InvalidInput(
+                "export: --consensus is of all people, not of a run or of one person"
+            )
+        for verdict in self.verdicts:
+            if verdict not in get_args(Verdict):
+                known = ", ".join(get_args(Verdict))
+                raise InvalidInput(f"export: there is no verdict {verdict!r}; there are {known}")
         for state in self.states:
             if state not in STATES[1:]:
                 known = ", ".join(STATES[1:])
@@ -66,10 +83,7 @@ class Labelled:
 
     def ignore(self) -> Mask | None:
         """Return the ignore mask, bool (H, W); None where there is none."""
-        if self.ignore_rle is None:
-            return None
-        rle = Rle(self.mask.height, self.mask.width, self.ignore_rle, 0, (0, 0, 0, 0))
-        return decode_rle(rle)
+        return decode_beside(self.mask, self.ignore_rle)
 
 
 def select_labelled(store: Store, selection: Selection) -> tuple[list[Labelled], list[Pair]]:
@@ -82,11 +96,22 @@ def select_labelled(store: Store, selection: Selection) -> tuple[list[Labelled],
     if selection.states:
         wanted = pairs_in_state(store, selection.states)
         pairs = [pair for pair in pairs if pair.id in wanted]
-    found = _predictions(store, pairs, selection.run) if selection.run else _truths(store, pairs)
+    if selection.verdicts:
+        judging = run_of_name(store, selection.run).id if selection.run else None
+        judged = pairs_with_verdict(store, selection.verdicts, judging)
+        pairs = [pair for pair in pairs if pair.id in judged]
+    if selection.run:
+        found = _predictions(store, pairs, selection.run)
+    elif selection.consensus:
+        found = _agreed(store, pairs, selection.consensus)
+    else:
+        found = _truths(store, pairs)
     without = [pair for pair in pairs if pair.id not in found]
     labelled = [found[pair.id] for pair in pairs if pair.id in found]
     if not labelled:
         what = f"a final mask in run {selection.run}" if selection.run else "ground truth"
+        if selection.consensus:
+            what += f" of {selection.consensus} people"
         raise NotFound(f"export: none of {len(pairs)} pairs has {what} yet")
     kept = [item for item in labelled if _fits(item, selection)]
     if not kept:
@@ -104,6 +129,33 @@ def _truths(store: Store, pairs: Sequence[Pair]) -> dict[int, Labelled]:
 def _of_revision(pair: Pair, revision: MaskRevision) -> Labelled:
     origin = {"revision": revision.number, "annotator": revision.annotator}
     return Labelled(pair, revision.mask, revision.ignore_rle, origin)
+
+
+def _agreed(store: Store, pairs: Sequence[Pair], people: int) -> dict[int, Labelled]:
+    revisions = newest_by_annotator(store)
+    return {
+        pair.id: _majority(pair, revisions[pair.id])
+        for pair in pairs
+        if len(revisions.get(pair.id, ())) >= people
+    }
+
+
+def _majority(pair: Pair, revisions: Sequence[MaskRevision]) -> Labelled:
+    size = revisions[0].mask.height, revisions[0].mask.width
+    votes, doubts = np.zeros(size, np.int16), np.zeros(size, np.int16)
+    for revision in revisions:
+        votes += decode_rle(revision.mask)
+        ignored = revision.ignore()
+        if ignored is not None:
+            doubts += ignored
+    changed: Mask = 2 * votes > len(revisions)
+    ignore: Mask = (2 * votes == len(revisions)) | (2 * doubts > len(revisions))
+    origin = {
+        "annotators": [revision.annotator for revision in revisions],
+        "revisions": [revision.number for revision in revisions],
+    }
+    counts = encode_rle(ignore).counts if ignore.any() else None
+    return Labelled(pair, encode_rle(changed), counts, origin)
 
 
 def _predictions(store: Store, pairs: Sequence[Pair], name: str) -> dict[int, Labelled]:

@@ -8,19 +8,15 @@ and 1 with 255 for those pixels.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import cv2
 import numpy as np
 
-from reviewer.atomic import whole_folder
-from reviewer.errors import NotFound
-from reviewer.export.manifest import pair_entry, write_manifest
 from reviewer.export.selection import Labelled, Selection
+from reviewer.export.writing import Copy, Files, pair_parts, write_export
 from reviewer.masks import decode_rle, encode_png
 from reviewer.pipeline.stored import warped_reference
 from reviewer.records import Run
@@ -49,48 +45,30 @@ def export_t0t1(
         Conflict: when `target` exists and is not empty.
         NotFound: when an image is gone, or the run did not align a pair.
     """
-    with whole_folder(target) as folder:
-
-        def write(item: Labelled) -> dict[str, Any]:
-            return _write_pair(store, item, folder, warped_by, ignore)
-
-        with ThreadPoolExecutor() as pool:
-            entries = list(pool.map(write, labelled))
-        settings = {
-            **selection.record(),
-            "warped_by": warped_by.name if warped_by else None,
-            "ignore": ignore,
-        }
-        write_manifest(folder, "t0t1", settings, entries, changed=CHANGED[ignore])
-    return len(labelled)
+    settings = {
+        **selection.record(),
+        "warped_by": warped_by.name if warped_by else None,
+        "ignore": ignore,
+    }
+    parts = pair_parts(labelled, lambda item: _files(store, item, warped_by, ignore))
+    return write_export(target, "t0t1", settings, parts, changed=CHANGED[ignore])
 
 
-def _write_pair(
-    store: Store, item: Labelled, folder: Path, warped_by: Run | None, ignore: IgnoreMode
-) -> dict[str, Any]:
+def _files(store: Store, item: Labelled, warped_by: Run | None, ignore: IgnoreMode) -> Files:
     pair, split = item.pair, item.pair.split
-    files: dict[str, bytes | str] = {}
-    live = f"{split}/t1/{pair.name}{pair.live.path.suffix.lower()}"
-    _copy(pair.live.path, folder / live)
-    files[live] = pair.live.sha256
+    files: dict[str, bytes | Copy] = {
+        f"{split}/t1/{pair.name}{pair.live.path.suffix.lower()}": Copy(pair.live)
+    }
     if warped_by is None:
         past = f"{split}/t0/{pair.name}{pair.reference.path.suffix.lower()}"
-        _copy(pair.reference.path, folder / past)
-        files[past] = pair.reference.sha256
+        files[past] = Copy(pair.reference)
     else:
-        past = f"{split}/t0/{pair.name}.png"
         warped, _ = warped_reference(store, warped_by, pair)
         ok, data = cv2.imencode(".png", warped[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 1])
         assert ok, "OpenCV refused a plain colour image"
-        files[past] = data.tobytes()
-    files |= _masks(
-        item, f"{split}/mask/{pair.name}.png", f"{split}/ignore/{pair.name}.png", ignore
-    )
-    for path, content in files.items():
-        if isinstance(content, bytes):
-            (folder / path).parent.mkdir(parents=True, exist_ok=True)
-            (folder / path).write_bytes(content)
-    return pair_entry(item, files)
+        files[f"{split}/t0/{pair.name}.png"] = data.tobytes()
+    mask, beside = (f"{split}/{kind}/{pair.name}.png" for kind in ("mask", "ignore"))
+    return {**files, **_masks(item, mask, beside, ignore)}
 
 
 def _masks(item: Labelled, mask: str, beside: str, mode: IgnoreMode) -> dict[str, bytes]:
@@ -105,12 +83,3 @@ def _masks(item: Labelled, mask: str, beside: str, mode: IgnoreMode) -> dict[str
     if ignored is None or mode == "none":
         return {mask: encode_png(changed)}
     return {mask: encode_png(changed), beside: encode_png(ignored)}
-
-
-def _copy(source: Path, target: Path) -> None:
-    target.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        # Never a link: what is done to an export must not be done to the data set.
-        shutil.copyfile(source, target)
-    except FileNotFoundError as error:
-        raise NotFound(f"{source}: is gone, so it cannot be exported") from error

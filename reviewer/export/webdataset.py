@@ -12,13 +12,12 @@ import io
 import json
 import tarfile
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-from reviewer.atomic import whole_folder
-from reviewer.errors import InvalidInput, NotFound
-from reviewer.export.manifest import pair_entry, write_manifest
+from reviewer.errors import InvalidInput
 from reviewer.export.selection import Labelled, Selection
+from reviewer.export.writing import Files, Part, read_image, write_export
 from reviewer.masks import decode_rle, encode_png
 
 PAIRS_A_SHARD = 256
@@ -37,20 +36,23 @@ def export_webdataset(
         NotFound: when an image is gone.
         InvalidInput: for a pair whose name holds a full stop, which ends a key.
     """
-    entries: list[dict[str, Any]] = []
-    with whole_folder(target) as folder:
-        for name, items in _shards(labelled, pairs_a_shard):
-            with tarfile.open(folder / name, "w", format=tarfile.USTAR_FORMAT) as tar:
-                for item in items:
-                    files = _files(item)
-                    for path, data in files.items():
-                        member = tarfile.TarInfo(path)
-                        member.size, member.mode = len(data), 0o644
-                        tar.addfile(member, io.BytesIO(data))
-                    entries.append({"shard": name, **pair_entry(item, files)})
-        settings = {**selection.record(), "pairs_a_shard": pairs_a_shard}
-        write_manifest(folder, "webdataset", settings, entries)
-    return len(labelled)
+    settings = {**selection.record(), "pairs_a_shard": pairs_a_shard}
+    parts = [
+        Part(name, items, partial(_shard, name, items), {"shard": name})
+        for name, items in _shards(labelled, pairs_a_shard)
+    ]
+    return write_export(target, "webdataset", settings, parts)
+
+
+def _shard(name: str, items: Sequence[Labelled]) -> Files:
+    buffer = io.BytesIO()
+    with tarfile.open(fileobj=buffer, mode="w", format=tarfile.USTAR_FORMAT) as tar:
+        for item in items:
+            for path, data in _members(item).items():
+                member = tarfile.TarInfo(path)
+                member.size, member.mode = len(data), 0o644
+                tar.addfile(member, io.BytesIO(data))
+    return {name: buffer.getvalue()}
 
 
 def _shards(labelled: Sequence[Labelled], size: int) -> Iterator[tuple[str, Sequence[Labelled]]]:
@@ -60,7 +62,7 @@ def _shards(labelled: Sequence[Labelled], size: int) -> Iterator[tuple[str, Sequ
             yield f"{split}-{number:06d}.tar", own[start : start + size]
 
 
-def _files(item: Labelled) -> dict[str, bytes]:
+def _members(item: Labelled) -> dict[str, bytes]:
     pair = item.pair
     if "." in pair.name:
         raise InvalidInput(
@@ -68,8 +70,8 @@ def _files(item: Labelled) -> dict[str, bytes]:
         )
     about = {"pair": pair.title, "split": pair.split, "area": item.mask.area, **item.origin}
     files = {
-        f"t0{pair.reference.path.suffix.lower()}": _read(pair.reference.path),
-        f"t1{pair.live.path.suffix.lower()}": _read(pair.live.path),
+        f"t0{pair.reference.path.suffix.lower()}": read_image(pair.reference),
+        f"t1{pair.live.path.suffix.lower()}": read_image(pair.live),
         "mask.png": encode_png(decode_rle(item.mask)),
         "json": json.dumps(about, sort_keys=True).encode(),
     }
@@ -77,10 +79,3 @@ def _files(item: Labelled) -> dict[str, bytes]:
     if ignore is not None:
         files["ignore.png"] = encode_png(ignore)
     return {f"{pair.name}.{end}": data for end, data in sorted(files.items())}
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except FileNotFoundError as error:
-        raise NotFound(f"{path}: is gone, so it cannot be exported") from error

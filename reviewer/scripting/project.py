@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from reviewer.dataset.files import read_rgb
 from reviewer.errors import NotFound
-from reviewer.masks import Mask, decode_rle, read_rle
+from reviewer.masks import Mask, decode_rle
 from reviewer.models.interfaces import Field, Image
 from reviewer.pipeline.fields import load_flow, load_probability
 from reviewer.pipeline.stored import warped_reference
@@ -90,9 +90,7 @@ class PairData:
     def ignore(self) -> Mask | None:
         """Return the pixels that are not scored, bool (H, W); None where there are none."""
         revision = newest_revision(self._store, self.pair.id)
-        if revision is None or revision.ignore_rle is None:
-            return None
-        return decode_rle(read_rle(revision.mask.height, revision.mask.width, revision.ignore_rle))
+        return revision.ignore() if revision else None
 
     def probability(self, run: str) -> Field | None:
         """Return the detector's map, float32 (H, W) in [0, 1]; None where it gave a mask only.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from reviewer.metrics import Counts
@@ -32,6 +32,17 @@ class AuditRow:
     outcomes: Mapping[str, Counts]
     verdict_reason: str = ""
     opinions: tuple[str, ...] = ()
+
+
+def pairs_with_verdict(store: Store, verdicts: Sequence[str], run_id: int | None) -> set[int]:
+    """Return the pairs with a region whose newest verdict is one of these, in a run or in any."""
+    marks = ", ".join("?" * len(verdicts))
+    rows = store.read().execute(
+        "SELECT DISTINCT g.pair_id FROM regions g JOIN doi_decisions d ON d.region_id = g.id"
+        f" WHERE d.verdict IN ({marks}) AND g.run_id = coalesce(?, g.run_id)",
+        [*verdicts, run_id],
+    )
+    return {row["pair_id"] for row in rows}
 
 
 def audit_rows(store: Store, run_id: int) -> list[AuditRow]:

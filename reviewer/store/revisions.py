@@ -35,6 +35,20 @@ def newest_revisions(store: Store) -> dict[int, MaskRevision]:
     return {row["pair_id"]: _revision(row) for row in rows}
 
 
+def newest_by_annotator(store: Store) -> dict[int, list[MaskRevision]]:
+    """Return what each person made of a pair last, by pair id; what nobody touched is not there."""
+    query = SELECT.format(table="mask_revisions")
+    rows = store.read().execute(
+        f"{query} WHERE m.number = (SELECT max(o.number) FROM mask_revisions o"
+        " WHERE o.pair_id = m.pair_id AND o.annotator_id = m.annotator_id)"
+        " ORDER BY m.pair_id, m.number"
+    )
+    found: dict[int, list[MaskRevision]] = {}
+    for row in rows:
+        found.setdefault(row["pair_id"], []).append(_revision(row))
+    return found
+
+
 def list_revisions(store: Store, pair_id: int) -> list[MaskRevision]:
     """Return the history of a pair, oldest first."""
     query = SELECT.format(table="mask_revisions")

@@ -16,6 +16,7 @@ from typer.testing import CliRunner
 from reviewer.cli import app
 from reviewer.dataset.importer import ImportSettings, find_splits, import_split
 from reviewer.editing.commit import MaskEdit, change_state, commit_mask
+from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.export.folds import export_folds, make_folds
 from reviewer.export.selection import Selection, select_labelled
@@ -25,6 +26,7 @@ from reviewer.masks import decode_png, decode_rle, encode_rle
 from reviewer.pipeline.stored import warped_reference
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
+from reviewer.store.regions import load_regions
 from reviewer.store.reviews import annotator_id
 from reviewer.store.revisions import newest_revision
 
@@ -113,12 +115,79 @@ def test_ill_posed_pixels_lie_beside_or_inside_or_nowhere(db, ill_posed, tmp_pat
         assert (grey(beside) == 255 * ignored).all()
 
 
-def test_an_image_that_is_gone_leaves_no_half_of_an_export(db, tiny_split, tmp_path):
-    tiny_split[2].live.path.unlink()
-    with pytest.raises(NotFound, match=r"0002\.png: is gone"):
+def test_an_image_that_is_gone_leaves_no_half_of_an_export_and_it_goes_on(db, tiny_split, tmp_path):
+    live = tiny_split[2].live.path
+    kept = live.read_bytes()
+    live.unlink()
+    with pytest.raises(NotFound, match=r"0002\.png: is gone.* the same command goes on"):
         export(db, tmp_path / "set")
     assert not (tmp_path / "set").exists()
-    assert not [p for p in tmp_path.iterdir() if p.name.startswith(".set")]
+    part = tmp_path / ".set.partial"
+    done = part / "cs1" / "t1" / "0000.png"
+    times = {path: path.stat().st_mtime_ns for path in part.rglob("*.png")}
+    assert done in times
+    (part / "cs1" / "mask" / "0001.png").write_bytes(b"cut off")
+    (part / "left-over.png").write_bytes(b"of another mask")
+    live.write_bytes(kept)
+    assert export(db, tmp_path / "set") == 3 and not part.exists()
+    # What was whole is taken over, what was not is written again.
+    assert (tmp_path / "set" / "cs1" / "t1" / "0000.png").stat().st_mtime_ns == times[done]
+    export(db, tmp_path / "whole")
+    files = sorted(p.relative_to(tmp_path / "set") for p in (tmp_path / "set").rglob("*.*"))
+    assert files == sorted(
+        p.relative_to(tmp_path / "whole") for p in (tmp_path / "whole").rglob("*.*")
+    )
+    for path in files:
+        assert (tmp_path / "set" / path).read_bytes() == (tmp_path / "whole" / path).read_bytes()
+
+
+def test_a_part_that_would_be_another_now_is_written_again(db, tiny_split, tmp_path):
+    live = tiny_split[2].live.path
+    kept = live.read_bytes()
+    live.unlink()
+    with pytest.raises(NotFound):
+        export(db, tmp_path / "set")
+    edit = MaskEdit(encode_rle(np.ones((120, 160), bool)), 1)
+    commit_mask(db, tiny_split[0].id, annotator_id(db, "Ada"), edit)
+    live.write_bytes(kept)
+    export(db, tmp_path / "set")
+    assert grey(tmp_path / "set" / "cs1" / "mask" / "0000.png").min() == 255
+
+
+def test_a_consensus_is_what_more_than_half_drew_and_ties_are_ignored(db, tiny_split):
+    pair = tiny_split[0]
+    drawn = {"Ada": np.s_[:, :40], "Bob": np.s_[:, :80], "Cy": np.s_[:, :20]}
+    for number, (name, where) in enumerate(drawn.items(), start=1):
+        mask = np.zeros((120, 160), bool)
+        mask[where] = True
+        commit_mask(db, pair.id, annotator_id(db, name), MaskEdit(encode_rle(mask), number))
+    (three,), without = select_labelled(db, Selection(consensus=2))
+    assert three.origin["annotators"] == ["Ada", "Bob", "Cy"] and len(without) == 2
+    mask = decode_rle(three.mask)
+    assert mask[:, :40].all() and not mask[:, 40:].any() and three.ignore() is None
+    edit = MaskEdit(encode_rle(np.zeros((120, 160), bool)), 4)
+    commit_mask(db, pair.id, annotator_id(db, "Dee"), edit)
+    (four,), _ = select_labelled(db, Selection(consensus=4))
+    mask, ignore = decode_rle(four.mask), four.ignore()
+    assert mask[:, :20].all() and not mask[:, 20:].any()
+    assert ignore[:, 20:40].all() and not ignore[:, :20].any() and not ignore[:, 40:].any()
+    with pytest.raises(NotFound, match="none of 3 pairs has ground truth of 5 people"):
+        select_labelled(db, Selection(consensus=5))
+    with pytest.raises(InvalidInput, match="consensus is of all people"):
+        Selection(consensus=2, annotators=("Ada",))
+
+
+def test_pairs_are_selected_by_a_verdict_on_their_regions(db, run, tiny_split):
+    region = load_regions(db, run.id, tiny_split[1].id)[0]
+    ada = annotator_id(db, "Ada")
+    give_verdict(db, region.id, ada, "keep")
+    give_verdict(db, region.id, ada, "reject")
+    assert titles(db, verdicts=("reject", "agree")) == ["0001"]
+    assert titles(db, verdicts=("reject",), run=run.name) == ["0001"]
+    with pytest.raises(NotFound):
+        titles(db, verdicts=("keep",))
+    with pytest.raises(InvalidInput, match="there is no verdict 'no'; there are agree, adopt"):
+        Selection(verdicts=("no",))
 
 
 def titles(db, **selection):

@@ -1,0 +1,94 @@
+"""`export`: what comes out of the store, in the format that the next tool reads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from reviewer.cli.options import DEFAULT_DB, Database, Splits, app, open_store
+
+ExportName = Literal[
+    "png",
+    "coco",
+    "coco-panoptic",
+    "t0t1",
+    "folds",
+    "labelme",
+    "cvat",
+    "yolo-seg",
+    "huggingface",
+    "webdataset",
+]
+IgnoreName = Literal["separate", "255", "none"]
+FoldName = Literal["same-split", "split", "workspace"]
+
+
+@app.command()
+def export(
+    format: Annotated[ExportName, typer.Argument(help="What to write.")],
+    target: Annotated[Path, typer.Argument(help="New folder, or file for coco.")],
+    split: Splits = None,
+    state: Annotated[
+        list[str] | None, typer.Option(help="Only pairs in this review state; repeatable.")
+    ] = None,
+    annotator: Annotated[
+        list[str] | None, typer.Option(help="Only masks that this person wrote last; repeatable.")
+    ] = None,
+    verdict: Annotated[
+        list[str] | None,
+        typer.Option(help="Only pairs with a region on which this was said last; repeatable."),
+    ] = None,
+    least_px: Annotated[int | None, typer.Option(help="Fewest changed pixels.")] = None,
+    most_px: Annotated[int | None, typer.Option(help="Most changed pixels.")] = None,
+    run: Annotated[
+        str | None, typer.Option(help="Final masks of this run in place of ground truth.")
+    ] = None,
+    consensus: Annotated[
+        int,
+        typer.Option(
+            help="What more than half of so many people or more drew, in place of the newest mask;"
+            " ties are ill-posed. 0 = the newest mask.",
+            min=0,
+        ),
+    ] = 0,
+    warped_by: Annotated[
+        str | None, typer.Option(help="t0t1: references warped to live by this run.")
+    ] = None,
+    ignore: Annotated[
+        IgnoreName,
+        typer.Option(help="t0t1: ill-posed pixels in ignore/, as 255, or nowhere."),
+    ] = "separate",
+    by: Annotated[FoldName, typer.Option(help="folds: what is held out.")] = "same-split",
+    parts: Annotated[int, typer.Option(help="folds: parts of same-split.")] = 5,
+    db: Database = DEFAULT_DB,
+) -> None:
+    """Export masks, all-zero ones included; whole or not at all, with hashes in a manifest.
+
+    png: a tree of masks. coco: one JSON file; coco-panoptic: with PNGs. t0t1: pictures and masks to
+    train on; webdataset: the same as tar shards; huggingface: as Parquet. labelme, cvat, yolo-seg:
+    for those tools. folds: lists of pairs to train and to test on. An export that was stopped goes
+    on where it was when the same command is given again.
+    """
+    from reviewer.export.formats import Options, export_as
+    from reviewer.export.selection import Selection, select_labelled
+    from reviewer.store.runs import run_of_name
+
+    selection = Selection(
+        splits=tuple(split or ()),
+        states=tuple(state or ()),
+        annotators=tuple(annotator or ()),
+        least_px=least_px,
+        most_px=most_px,
+        run=run,
+        verdicts=tuple(verdict or ()),
+        consensus=consensus,
+    )
+    with open_store(db) as store:
+        labelled, without = select_labelled(store, selection)
+        warper = run_of_name(store, warped_by) if warped_by else None
+        options = Options(warper, ignore, by, parts)
+        count = export_as(store, format, labelled, target, selection, options)
+    what = "folds" if format == "folds" else "masks"
+    typer.echo(f"{count} {what} in {target}; {len(without)} pairs have none")

@@ -1,0 +1,81 @@
+"""`yolo-seg`: polygons in text files, one a component, class 0 = change; with the live images.
+
+A polygon goes through the middles of a component's border pixels, a hole is joined to its outer
+border by a slit. Readers fill polygons, so thin parts and holes come back up to a pixel thicker:
+see the test for how much. One reference image in five, with all its pairs, is for validation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+import yaml
+
+from reviewer.export.selection import Labelled, Selection
+from reviewer.export.writing import Copy, Files, pair_parts, write_export
+from reviewer.masks import Mask, decode_rle
+
+VALIDATION_EVERY = 5
+LEAST_POINTS = 3
+
+
+def export_yolo(labelled: Sequence[Labelled], target: Path, selection: Selection) -> int:
+    """Write `data.yaml`, `images/` and `labels/` (train and val); return the number of pairs.
+
+    Raises:
+        Conflict: when `target` exists and is not empty.
+        NotFound: when an image is gone.
+    """
+    past = list(dict.fromkeys(item.pair.reference.sha256 for item in labelled))
+    held_out = {sha256 for place, sha256 in enumerate(past) if place % VALIDATION_EVERY == 1}
+
+    def files(item: Labelled) -> Files:
+        part = "val" if item.pair.reference.sha256 in held_out else "train"
+        name = f"{part}/{item.pair.split}_{item.pair.name}"
+        lines = "".join(f"{line}\n" for line in polygon_lines(decode_rle(item.mask)))
+        return {
+            f"images/{name}{item.pair.live.path.suffix.lower()}": Copy(item.pair.live),
+            f"labels/{name}.txt": lines.encode(),
+        }
+
+    def finish(folder: Path) -> None:
+        about = {"path": ".", "train": "images/train", "val": "images/val", "names": ["change"]}
+        (folder / "data.yaml").write_text(yaml.safe_dump(about, sort_keys=False))
+
+    settings = {**selection.record(), "validation_every": VALIDATION_EVERY}
+    return write_export(target, "yolo-seg", settings, pair_parts(labelled, files), finish=finish)
+
+
+def polygon_lines(mask: Mask) -> list[str]:
+    """Return a line a component: class 0 and x, y of every corner, shares of width and height."""
+    height, width = mask.shape
+    contours, tree = cv2.findContours(mask.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    lines = []
+    for place, contour in enumerate(contours):
+        if tree[0][place][3] >= 0:
+            continue
+        outline = contour[:, 0]
+        for hole in (
+            c[:, 0] for c, node in zip(contours, tree[0], strict=True) if node[3] == place
+        ):
+            outline = _joined(outline, hole)
+        # A pixel or a line of pixels is no polygon: its ends are named twice.
+        while len(outline) < LEAST_POINTS:
+            outline = np.concatenate([outline, outline[-1:]])
+        # The middle of a pixel, so that a reader's truncation finds the pixel again.
+        shares = (outline + 0.5) / (width, height)
+        lines.append("0 " + " ".join(f"{value:.6f}" for value in shares.ravel()))
+    return lines
+
+
+def _joined(outline: np.ndarray, hole: np.ndarray) -> np.ndarray:
+    """Return the outline with a slit to the hole where they are nearest, and back."""
+    away = ((outline[:, None] - hole[None]) ** 2).sum(axis=2)
+    i, j = np.unravel_index(int(away.argmin()), away.shape)
+    around = np.roll(hole, -j, axis=0)
+    return np.concatenate(
+        [outline[: i + 1], around, around[:1], outline[i : i + 1], outline[i + 1 :]]
+    )
