@@ -13,18 +13,29 @@ from reviewer.errors import InvalidInput
 if TYPE_CHECKING:
     from reviewer.store.database import Store
 
-LayoutName = Literal["sequence", "t0t1"]
-PolarityName = Literal["auto", "white", "black"]
+LayoutName = Literal["sequence", "t0t1", "vl-cmu-cd", "pscd", "changesim"]
+PolarityName = Literal["auto", "white", "black", "nonzero"]
+ToolName = Literal["coco", "labelme", "cvat", "label-studio"]
 LayerName = Literal["alignment", "detection", "live-objects", "reference-objects"]
+DryRun = Annotated[
+    bool, typer.Option("--dry-run", help="Read and check everything, and say what would happen.")
+]
 
 
 @app.command("import")
 def import_(
     folder: Annotated[Path, typer.Argument(help="A split, or a folder of splits.")],
-    layout: Annotated[LayoutName, typer.Option(help="Folder layout.")] = "sequence",
+    layout: Annotated[
+        LayoutName,
+        typer.Option(
+            help="sequence: reference/ live/ mask/ poses.csv; t0t1: t0/ t1/ mask/, or A/ B/ label/"
+            " (PCD, VL-CMU-CD, ChangeVPR, LEVIR, WHU); vl-cmu-cd: as published; pscd; changesim."
+        ),
+    ] = "sequence",
     split: Annotated[str | None, typer.Option(help="Name of the split; else the folder's.")] = None,
     polarity: Annotated[
-        PolarityName, typer.Option(help="Mask colour that means changed.")
+        PolarityName,
+        typer.Option(help="Mask colour that means changed; nonzero: any grey above black."),
     ] = "auto",
     max_distance: Annotated[
         float, typer.Option(help="Largest viewpoint distance of a pair, metres.", min=0)
@@ -32,11 +43,64 @@ def import_(
     metres_per_radian: Annotated[
         float, typer.Option(help="Weight of heading in that distance.", min=0)
     ] = 1.0,
+    dry_run: DryRun = False,
     db: Database = DEFAULT_DB,
 ) -> None:
     """Import splits: each one whole, or not at all; splits that are there are left alone."""
-    with open_store(db, create=True) as store:
-        import_all(store, folder, layout, polarity, split, max_distance, metres_per_radian)
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory() as nowhere:
+        # What would happen leaves no database behind where there was none.
+        place = Path(nowhere) / "reviewer.db" if dry_run and not db.exists() else db
+        with open_store(place, create=True) as store:
+            import_all(
+                store, folder, layout, polarity, split, max_distance, metres_per_radian, dry_run
+            )
+
+
+@app.command("import-masks")
+def import_masks(
+    tool: Annotated[ToolName, typer.Argument(help="Whose file it is.")],
+    path: Annotated[Path, typer.Argument(help="JSON, annotations.xml; labelme: a folder.")],
+    label: Annotated[
+        list[str] | None,
+        typer.Option(help="Label that means changed, repeatable; else all but the next one."),
+    ] = None,
+    ill_posed: Annotated[
+        str, typer.Option(help="Label of pixels that are not to be scored.")
+    ] = "ill-posed",
+    replace: Annotated[
+        bool, typer.Option("--replace", help="Also above ground truth that is there.")
+    ] = False,
+    split: Splits = None,
+    dry_run: DryRun = False,
+    db: Database = DEFAULT_DB,
+) -> None:
+    """Import masks that COCO, labelme, CVAT or Label Studio files hold of live images here."""
+    from reviewer.dataset.mask_importer import import_masks as bring_in
+
+    with open_store(db) as store:
+        report = bring_in(
+            store,
+            tool,
+            path,
+            splits=split or [],
+            change=label or [],
+            ill_posed=ill_posed,
+            replace=replace,
+            dry_run=dry_run,
+        )
+    for name, reading in report.labels.items():
+        typer.echo(f"label {name!r}: {reading}")
+    for name in report.strangers:
+        typer.echo(f"skipped {name}: no live image of that name here")
+    for kind, number in sorted(report.left_out.items()):
+        typer.echo(f"left out: {number} shapes of kind {kind}")
+    written, empty = len(report.written), sum(area == 0 for _, area in report.written)
+    typer.echo(
+        f"{written} masks {'would be ' if dry_run else ''}imported ({empty} of them empty),"
+        f" {report.unchanged} are there already, {len(report.strangers)} images skipped"
+    )
 
 
 @app.command("import-layer")
@@ -86,8 +150,10 @@ def import_all(
     split: str | None,
     max_distance: float,
     metres_per_radian: float,
+    dry_run: bool = False,
 ) -> None:
-    from reviewer.dataset.importer import ImportSettings, find_splits, import_split
+    from reviewer.dataset.importer import ImportSettings, import_split
+    from reviewer.dataset.layouts import find_splits
 
     found = find_splits(folder, layout)
     if split is not None and len(found) > 1:
@@ -97,7 +163,14 @@ def import_all(
     with progress_bar("import") as bar:
         for name, place in found:
             reports.append(
-                import_split(store, split or name, place, settings, lambda s, n, t: bar(n, t, s))
+                import_split(
+                    store,
+                    split or name,
+                    place,
+                    settings,
+                    lambda s, n, t: bar(n, t, s),
+                    dry_run=dry_run,
+                )
             )
     for report in reports:
         for path, reason in report.skipped:
@@ -106,9 +179,10 @@ def import_all(
             typer.echo(f"{report.split}: is in the database already")
         else:
             typer.echo(
-                f"{report.split}: {report.pairs} pairs, {len(report.skipped)} files skipped,"
-                f" masks: {report.polarity}"
+                f"{report.split}: {report.pairs} pairs, {report.masks} with a mask,"
+                f" {len(report.skipped)} files skipped, masks: {report.polarity}"
             )
     pairs = sum(report.pairs for report in reports)
     skipped = sum(len(report.skipped) for report in reports)
-    typer.echo(f"{pairs} pairs imported, {skipped} files skipped")
+    would = "would be " if dry_run else ""
+    typer.echo(f"{pairs} pairs {would}imported, {skipped} files skipped")

@@ -1,7 +1,7 @@
 """Import splits into the store: all of a split or nothing of it, with every skipped file told.
 
-Images stay where they are; the store keeps their path relative to the database. Two layouts:
-`sequence` (two drives with poses, paired by viewpoint) and `t0t1` (pairs by file name).
+Images stay where they are; the store keeps their path relative to the database. Where things lie is
+the matter of `layouts`; `sequence` is paired by viewpoint, all others by file name.
 """
 
 from __future__ import annotations
@@ -11,43 +11,37 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
-from reviewer.dataset.files import (
-    CheckedImage,
-    check_image,
-    hash_file,
-    list_images,
-    read_grey,
-    read_mask,
+from reviewer.dataset.files import CheckedImage, check_image, hash_file, read_grey
+from reviewer.dataset.layouts import (
+    Layout,
+    MaskReader,
+    Polarity,
+    Skipped,
+    mask_reader,
+    read_layout,
 )
 from reviewer.dataset.poses import StampedPose, closest_references, read_map, read_poses
-from reviewer.errors import InvalidInput, NotFound
+from reviewer.errors import InvalidInput
 from reviewer.masks import Rle, encode_rle
 from reviewer.store.database import Store
 from reviewer.store.pairs import NewImage, NewMap, NewPair, add_split, list_splits
 
-Layout = Literal["sequence", "t0t1"]
-Polarity = Literal["auto", "white", "black"]
 Progress = Callable[[str, int, int], None]
-
-FOLDERS: dict[Layout, list[tuple[str, str, str]]] = {
-    "sequence": [("reference", "live", "mask")],
-    "t0t1": [("t0", "t1", "mask"), ("A", "B", "label"), ("t0", "t1", "gt")],
-}
-"""Folder names of reference, live and mask; a set that is there with its masks goes first."""
 
 
 @dataclass(frozen=True, slots=True)
 class ImportReport:
-    """What became of a split: pairs written, files skipped with the reason, the polarity used."""
+    """What became of a split: pairs written (or that would be), files skipped with the reason, how
+    many pairs have a mask, and the polarity used."""
 
     split: str
     pairs: int
-    skipped: tuple[tuple[Path, str], ...]
+    skipped: tuple[Skipped, ...]
     polarity: str
+    masks: int = 0
     already_there: bool = False
 
 
@@ -56,7 +50,7 @@ class ImportSettings:
     """How to read a split.
 
     Attributes:
-        layout: folder layout.
+        layout: folder layout, see `layouts`.
         polarity: which mask colour is "changed"; "auto" takes the one with fewer pixels.
         max_distance: largest viewpoint distance of a pair, metres (layout `sequence`).
         metres_per_radian: weight of heading in the viewpoint distance.
@@ -68,54 +62,46 @@ class ImportSettings:
     metres_per_radian: float = 1.0
 
 
-def find_splits(folder: Path, layout: Layout) -> list[tuple[str, Path]]:
-    """Return (name, folder) of the split in `folder`, or of those one level below.
-
-    Raises:
-        NotFound: when there is none.
-    """
-    if not folder.is_dir():
-        raise NotFound(f"{folder}: is not a folder")
-    if _names(folder, layout):
-        return [(folder.resolve().name, folder)]
-    below = [p for p in sorted(folder.iterdir()) if p.is_dir() and _names(p, layout)]
-    if not below:
-        wanted = " or ".join(f"{a}/ {b}/" for a, b, _ in FOLDERS[layout])
-        raise NotFound(f"{folder}: no {wanted} in it nor one level below (layout {layout})")
-    return [(path.name, path) for path in below]
-
-
 def import_split(
-    store: Store, name: str, folder: Path, settings: ImportSettings, progress: Progress
+    store: Store,
+    name: str,
+    place: Path,
+    settings: ImportSettings,
+    progress: Progress,
+    *,
+    dry_run: bool = False,
 ) -> ImportReport:
     """Import one split; one that is there already is left alone.
+
+    Args:
+        place: as `layouts.find_splits` returns it.
+        dry_run: read and check everything, write nothing.
 
     Raises:
         InvalidInput: for any bad file; the message names it, and nothing of the split is stored.
     """
     if name in {split.name for split in list_splits(store)}:
         return ImportReport(name, 0, (), "", already_there=True)
-    names = _names(folder, settings.layout)
-    if names is None:
-        raise NotFound(f"{folder}: does not have the layout {settings.layout}")
-    references, skipped = list_images(folder / names[0], folder)
-    lives, more = list_images(folder / names[1], folder)
-    skipped += more
+    files = read_layout(place, settings.layout)
+    folder = place.parent.parent if place.is_file() else place
+    references, lives, masks, skipped = files.references, files.lives, files.masks, files.skipped
     poses = _poses(folder, settings.layout)
     matches, unpaired = _match(references, lives, poses, settings)
-    skipped += unpaired
+    skipped = skipped + unpaired
     if not matches:
         raise InvalidInput(f"{folder}: no pairs; {_why(skipped)}")
-    masks, unused = _list_masks(folder, names[2], lives)
-    skipped += unused
     used_references = sorted({reference for reference, _, _ in matches})
     jobs = [references[n] for n in used_references] + [lives[live] for _, live, _ in matches]
     checked = dict(zip(jobs, _parallel(check_image, jobs, name, progress), strict=True))
     for reference, live, _ in matches:
         _check_sizes(name, live, checked[references[reference]], checked[lives[live]])
     masked = [live for _, live, _ in matches if live in masks]
-    black, polarity = _polarity([masks[live] for live in masked], settings.polarity)
-    truths = dict(zip(masked, _read_masks(masks, lives, masked, checked, black), strict=True))
+    black, polarity = _polarity([masks[live] for live in masked], settings)
+    read = mask_reader(settings.layout, settings.polarity, black)
+    truths = dict(zip(masked, _read_masks(masks, lives, masked, checked, read), strict=True))
+    report = ImportReport(name, len(matches), tuple(skipped), polarity, len(masked))
+    if dry_run:
+        return report
     add_split(
         store,
         name,
@@ -127,13 +113,7 @@ def import_split(
         [NewPair(live, ref, live, distance, truths.get(live)) for ref, live, distance in matches],
         _map(store, folder),
     )
-    return ImportReport(name, len(matches), tuple(skipped), polarity)
-
-
-def _names(folder: Path, layout: Layout) -> tuple[str, str, str] | None:
-    found = [names for names in FOLDERS[layout] if all((folder / n).is_dir() for n in names[:2])]
-    with_masks = [names for names in found if (folder / names[2]).is_dir()]
-    return next(iter(with_masks + found), None)
+    return report
 
 
 def _why(skipped: Sequence[tuple[Path, str]]) -> str:
@@ -159,7 +139,7 @@ def _match(
     settings: ImportSettings,
 ) -> tuple[list[tuple[str, str, float | None]], list[tuple[Path, str]]]:
     """Return (reference, live, distance) triples and the live images that found no reference."""
-    if settings.layout == "t0t1":
+    if settings.layout != "sequence":
         alone = [(lives[n], "no reference of that name") for n in lives if n not in references]
         alone += [(references[n], "no live of that name") for n in references if n not in lives]
         return [(n, n, None) for n in lives if n in references], alone
@@ -186,16 +166,6 @@ def _match(
     return matches, alone
 
 
-def _list_masks(
-    folder: Path, name: str, lives: dict[str, Path]
-) -> tuple[dict[str, Path], list[tuple[Path, str]]]:
-    if not (folder / name).is_dir():
-        return {}, []
-    masks, skipped = list_images(folder / name, folder)
-    skipped += [(path, "no live image of that name") for n, path in masks.items() if n not in lives]
-    return {n: path for n, path in masks.items() if n in lives}, skipped
-
-
 def _check_sizes(split: str, name: str, reference: CheckedImage, live: CheckedImage) -> None:
     if (reference.height, reference.width) != (live.height, live.width):
         raise InvalidInput(
@@ -204,8 +174,16 @@ def _check_sizes(split: str, name: str, reference: CheckedImage, live: CheckedIm
         )
 
 
-def _polarity(masks: Sequence[Path], wanted: Polarity) -> tuple[bool, str]:
+def _polarity(masks: Sequence[Path], settings: ImportSettings) -> tuple[bool, str]:
     """Return (black is changed, how that was decided); guesses from up to 50 masks."""
+    wanted = settings.polarity
+    known = {
+        "vl-cmu-cd": "1 to 254 = changed (255 is sky)",
+        "changesim": "not black = changed",
+        "pscd": "above 0 = changed",
+    }
+    if settings.layout in known:
+        return False, f"{known[settings.layout]} (layout {settings.layout})"
     if wanted != "auto":
         return wanted == "black", f"{wanted} = changed (as told)"
     if not masks:
@@ -222,10 +200,10 @@ def _read_masks(
     lives: dict[str, Path],
     names: Sequence[str],
     checked: dict[Path, CheckedImage],
-    black: bool,
+    read: MaskReader,
 ) -> list[Rle]:
-    def read(name: str) -> Rle:
-        mask = read_mask(masks[name], black_is_changed=black)
+    def encoded(name: str) -> Rle:
+        mask = read(masks[name])
         image = checked[lives[name]]
         if mask.shape != (image.height, image.width):
             raise InvalidInput(
@@ -235,7 +213,7 @@ def _read_masks(
         return encode_rle(mask)
 
     with ThreadPoolExecutor() as pool:
-        return list(pool.map(read, names))
+        return list(pool.map(encoded, names))
 
 
 def _parallel(

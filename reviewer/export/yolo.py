@@ -2,7 +2,8 @@
 
 A polygon goes through a component's border pixels, a hole is joined to its outer border by a slit.
 Readers fill polygons and draw their borders, so holes come back a pixel narrower all round, and a
-slit is filled; nothing that has changed is lost. One reference image in five, with all its pairs, is for validation.
+slit is filled; nothing that has changed is lost. One reference image in five, with all its pairs,
+is for validation.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from reviewer.errors import Conflict, InvalidInput, Locked
@@ -112,6 +113,30 @@ def add_revision(
         )
 
     return store.write(work)
+
+
+@dataclass(frozen=True, slots=True)
+class NewRevision:
+    """Ground truth to append to a pair, made from revision `parent`."""
+
+    pair_id: int
+    mask: Rle
+    parent: int
+    ignore: Rle
+
+
+def add_revisions(store: Store, revisions: Sequence[NewRevision]) -> None:
+    """Append imported ground truth to many pairs: to all of them, or to none.
+
+    Raises:
+        InvalidInput, Conflict: as `add_revision`.
+    """
+
+    def work(db: sqlite3.Connection) -> None:
+        for new in revisions:
+            _append(db, new.pair_id, new.mask, new.parent, None, "import", new.ignore, 0.0, ())
+
+    store.write(work)
 
 
 def _append(

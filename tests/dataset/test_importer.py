@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from scenes import textured, write_split
 
-from reviewer.dataset.importer import ImportSettings, find_splits, import_split
+from reviewer.dataset.importer import ImportSettings, import_split
+from reviewer.dataset.layouts import find_splits
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.masks import decode_rle, encode_png
 from reviewer.store.pairs import list_maps, list_pairs, list_splits

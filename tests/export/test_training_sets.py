@@ -14,7 +14,8 @@ from scenes import write_split
 from typer.testing import CliRunner
 
 from reviewer.cli import app
-from reviewer.dataset.importer import ImportSettings, find_splits, import_split
+from reviewer.dataset.importer import ImportSettings, import_split
+from reviewer.dataset.layouts import find_splits
 from reviewer.editing.commit import MaskEdit, change_state, commit_mask
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import Conflict, InvalidInput, NotFound

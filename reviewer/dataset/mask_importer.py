@@ -1,0 +1,162 @@
+"""Bring masks of another annotation tool to pairs that are here: all of them, or none.
+
+An image of the tool is a live image here when its file has that name; where several have, a folder
+of the tool's path must name the split.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Literal
+
+import numpy as np
+
+from reviewer.dataset.annotations.coco import read_coco
+from reviewer.dataset.annotations.cvat import read_cvat
+from reviewer.dataset.annotations.label_studio import read_label_studio
+from reviewer.dataset.annotations.labelme import read_labelme
+from reviewer.dataset.annotations.shapes import Annotated
+from reviewer.errors import Conflict, InvalidInput, NotFound
+from reviewer.masks import Mask, Rle, empty_rle, encode_rle
+from reviewer.records import Pair
+from reviewer.store.database import Store
+from reviewer.store.pairs import list_pairs
+from reviewer.store.revisions import NewRevision, add_revisions, newest_revisions
+
+Tool = Literal["coco", "labelme", "cvat", "label-studio"]
+READERS: dict[Tool, Callable[[Path], list[Annotated]]] = {
+    "coco": read_coco,
+    "labelme": read_labelme,
+    "cvat": read_cvat,
+    "label-studio": read_label_studio,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class MaskReport:
+    """What became of a tool's file.
+
+    Attributes:
+        written: pairs that got a mask (or would), with its changed pixels.
+        unchanged: pairs whose newest mask is that already.
+        strangers: images that no pair here has.
+        labels: shapes' labels with how they were read: "change", "ill-posed" or "left out".
+        left_out: shapes that are no areas, by kind.
+    """
+
+    written: tuple[tuple[str, int], ...]
+    unchanged: int
+    strangers: tuple[str, ...]
+    labels: Mapping[str, str]
+    left_out: Mapping[str, int]
+
+
+def import_masks(
+    store: Store,
+    tool: Tool,
+    path: Path,
+    *,
+    splits: Sequence[str] = (),
+    change: Sequence[str] = (),
+    ill_posed: str = "ill-posed",
+    replace: bool = False,
+    dry_run: bool = False,
+) -> MaskReport:
+    """Read a tool's file and append a revision to every pair whose mask it changes.
+
+    Args:
+        splits: only pairs of these.
+        change: labels that mean "changed"; all but `ill_posed` when empty.
+        ill_posed: label of pixels that are not to be scored.
+        replace: also where there is ground truth already, whose revisions stay in the history.
+        dry_run: read and check everything, write nothing.
+
+    Raises:
+        InvalidInput: for a malformed file, or an image that fits several pairs, or another size.
+        NotFound: when the file does not exist, or none of its images is here.
+        Conflict: when a pair has another ground truth and `replace` is not said.
+    """
+    if not path.exists():
+        raise NotFound(f"{path}: does not exist")
+    pairs = list_pairs(store, splits)
+    images = READERS[tool](path)
+    labels = sorted({label for image in images for label in image.layers})
+    reading = {label: _reading(label, change, ill_posed) for label in labels}
+    wanted: dict[int, tuple[Pair, Rle, Rle | None]] = {}
+    strangers, left_out = [], Counter[str]()
+    for image in images:
+        left_out.update(image.left_out)
+        pair = _pair_of(image, pairs)
+        if pair is None:
+            strangers.append(image.name)
+            continue
+        if pair.id in wanted:
+            raise InvalidInput(
+                f"{image.place}: pair {pair.title} has a mask from this file already"
+            )
+        wanted[pair.id] = pair, *_masks(image, pair, reading)
+    if not wanted:
+        some = f", such as {strangers[0]}," if strangers else ""
+        raise NotFound(f"{path}: none of its {len(images)} images{some} is a live image here")
+    newest = newest_revisions(store)
+    revisions, written, unchanged = [], [], 0
+    for pair, mask, ignore in wanted.values():
+        known = newest.get(pair.id)
+        if known and (known.mask, known.ignore_rle) == (mask, ignore and ignore.counts):
+            unchanged += 1
+            continue
+        if known and not replace:
+            raise Conflict(
+                f"pair {pair.title}: has ground truth already (revision {known.number});"
+                " --replace puts this above it, and keeps it in the history"
+            )
+        number = known.number if known else 0
+        # An empty layer says that there is none, where None would keep the one before.
+        cleared = ignore or empty_rle(mask.height, mask.width)
+        revisions.append(NewRevision(pair.id, mask, number, cleared))
+        written.append((pair.title, mask.area))
+    if not dry_run:
+        add_revisions(store, revisions)
+    return MaskReport(tuple(written), unchanged, tuple(strangers), reading, left_out)
+
+
+def _reading(label: str, change: Sequence[str], ill_posed: str) -> str:
+    if label == ill_posed:
+        return "ill-posed"
+    return "change" if not change or label in change else "left out"
+
+
+def _pair_of(image: Annotated, pairs: Sequence[Pair]) -> Pair | None:
+    path = PurePosixPath(image.name)
+    named = [p for p in pairs if path.stem in (p.name, p.live.path.stem)]
+    if len(named) > 1:
+        inside = [p for p in named if p.split in path.parts[:-1]]
+        if len(inside) != 1:
+            titles = ", ".join(p.title for p in (inside or named)[:4])
+            raise InvalidInput(
+                f"{image.place}: {image.name} may be {titles}; narrow it with --split, or name the"
+                " split as a folder of the image's path"
+            )
+        named = inside
+    return named[0] if named else None
+
+
+def _masks(image: Annotated, pair: Pair, reading: Mapping[str, str]) -> tuple[Rle, Rle | None]:
+    if (image.height, image.width) != (pair.live.height, pair.live.width):
+        raise InvalidInput(
+            f"{image.place}: is {image.width}x{image.height}, but the live image of pair"
+            f" {pair.title} is {pair.live.width}x{pair.live.height}"
+        )
+
+    def union(kind: str) -> Mask:
+        whole = np.zeros((image.height, image.width), np.bool_)
+        for label, layer in image.layers.items():
+            if reading[label] == kind:
+                whole |= layer
+        return whole
+
+    ignored = union("ill-posed")
+    return encode_rle(union("change")), encode_rle(ignored) if ignored.any() else None
