@@ -37,7 +37,7 @@ def folder(tmp_path, monkeypatch):
 def test_from_import_to_export(folder):
     imported = call("import", "data")
     assert imported.exit_code == 0, imported.output
-    assert "cs1: 3 pairs, 0 files skipped, masks: white = changed (guessed" in imported.output
+    assert "cs1: 3 pairs, 3 with a mask, 0 files skipped, masks: white" in imported.output
     assert "is in the database already" in call("import", "data").output
     ran = call("run", "--name", "first")
     assert "run first: 3 pairs done, 0 were done before, 0 failed" in ran.output
@@ -143,7 +143,7 @@ def test_synthetic_pairs_become_a_folder_that_can_be_imported(folder, blocks):
     record = json.loads((folder / "synthetic" / "synthesis.json").read_text())
     assert record["synthesis"]["size_px"] == [9, 40] and record["data"]["references"] == 3
     imported = call("import", "synthetic", "--layout", "t0t1", "--polarity", "white")
-    assert "synthetic: 3 pairs, 0 files skipped" in imported.output
+    assert "synthetic: 3 pairs, 3 with a mask, 0 files skipped" in imported.output
 
 
 def test_from_training_over_a_kill_to_a_run(folder, blocks):

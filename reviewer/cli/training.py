@@ -250,7 +250,9 @@ def _train_on_truth(
             warper,
             Reports(
                 step=lambda each, step: bar(
-                    step.iteration, settings.iterations, f"fold {each.fold.name}, {_speed(step)}"
+                    folded.index(each) * settings.iterations + step.iteration,
+                    len(folded) * settings.iterations,
+                    f"fold {each.fold.name}, {_speed(step)}",
                 ),
                 validated=lambda each, at: _keep(
                     store,
@@ -260,9 +262,6 @@ def _train_on_truth(
                     each.data,
                     at,
                 ),
-                judged=lambda each, done: bar(
-                    done, len(each.fold.test), f"fold {each.fold.name}, judging"
-                ),
             ),
             backbone=order.backbone,
             start=order.start,
@@ -270,7 +269,7 @@ def _train_on_truth(
         )
     known = PipelineSettings.of_record(warper.settings)
     models = {stage: own for stage, own in known.model_settings.items() if stage != "detect"}
-    found = replace(known, detector=IMPORTED, model_settings=models)
+    found = replace(known, detector=IMPORTED, threshold=settings.threshold, model_settings=models)
     splits = sorted({pair.split for fold in folds for pair in fold.test})
     run_stages(store, order.title, found, "all", splits, 2, folders={"detect": maps})
     typer.echo(f"next: reviewer evaluate --run {order.title}; reviewer evaluate --table-a")

@@ -28,11 +28,10 @@ from reviewer.training.settings import TrainingSettings
 
 @dataclass(frozen=True, slots=True)
 class Reports:
-    """Who is told of a fold's steps, validations and judged pairs."""
+    """Who is told of a fold's steps and validations."""
 
     step: Callable[[FoldData, Step], None]
     validated: Callable[[FoldData, Validated], None]
-    judged: Callable[[FoldData, int], None]
 
 
 def fit_folds(
@@ -67,7 +66,7 @@ def fit_folds(
             on_step=lambda step, each=each: reports.step(each, step),  # type: ignore[misc]
             on_validation=lambda at, each=each: reports.validated(each, at),  # type: ignore[misc]
         )
-        _judge(store, folder / "maps", settings.net, place / "best.pt", each, warper, reports)
+        _judge(store, folder / "maps", settings.net, place / "best.pt", each, warper)
     return folder / "maps"
 
 
@@ -78,15 +77,13 @@ def _judge(
     checkpoint: Path,
     each: FoldData,
     warper: Run,
-    reports: Reports,
 ) -> None:
     """Write the probability maps of a fold's test pairs, 8-bit PNG."""
     detector = NetDetector(net, str(checkpoint))
-    for number, pair in enumerate(each.fold.test, start=1):
+    for pair in each.fold.test:
         warped, valid = warped_reference(store, warper, pair)
         probability = detector.detect(warped, read_rgb(pair.live.path), valid)
         ok, data = cv2.imencode(".png", np.round(probability * 255).astype(np.uint8))
         assert ok, "OpenCV refused a plain grey image"
         with whole_file(maps / pair.split / f"{pair.name}.png") as file:
             file.write(data.tobytes())
-        reports.judged(each, number)

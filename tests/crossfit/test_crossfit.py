@@ -25,7 +25,7 @@ from reviewer.store.trainings import list_trainings
 
 TRAIN = (
     "train cdnet --from-ground-truth --name real --width 0.125 --iterations 2 --batch 2 --crop 64"
-    " --validate-every 1 --validation-pairs 2 --precision float32"
+    " --validate-every 1 --validation-pairs 2 --precision float32 --class-weight 3"
 ).split()
 
 
@@ -54,6 +54,8 @@ def test_a_net_a_fold_is_trained_and_judges_what_it_has_not_seen(db, rooms, tmp_
     assert done.exit_code == 0, done.output + repr(done.exception)
     run = run_of_name(db, "real")
     assert run.detector == "imported" and run.aligner == "dis"
+    # Training weighs changed pixels, so the probability that means "changed" moves with it.
+    assert run.settings["threshold"] == pytest.approx(3 / 4)
     assert all(load_detection(db, run.id, pair.id) for pair in list_pairs(db))
     assert [t.name for t in list_trainings(db)] == ["real/cs1", "real/hw1"]
     for fold, training in (("cs1", 3), ("hw1", 2)):
