@@ -1,4 +1,4 @@
-"""Planar poses, viewpoint distance and the occupancy grid's frame.
+"""Planar poses, viewpoint distance, the occupancy grid's frame, and pixel rays on the floor.
 
 Poses are SE(2) in the map frame: metres and radians, theta counter-clockwise from +x. Grids follow
 ROS `map_server`: `origin` is the world pose of the lower left corner, image row 0 is the top row.
@@ -93,3 +93,68 @@ def cell_at(grid: Grid, x: float, y: float) -> tuple[int, int]:
     column = math.floor(local.x / grid.resolution)
     row = grid.height - 1 - math.floor(local.y / grid.resolution)
     return row, column
+
+
+@dataclass(frozen=True, slots=True)
+class FloorCamera:
+    """A pinhole camera on a robot that stands on the floor.
+
+    Attributes:
+        height: of the optical centre above the floor, metres.
+        pitch: radians, < 0 looks down.
+        focal: pixels.
+        height_px, width_px: size of the image; its middle is the principal point.
+    """
+
+    height: float
+    pitch: float
+    focal: float
+    height_px: int = 480
+    width_px: int = 640
+
+
+def floor_point(camera: FloorCamera, pose: Pose2, x: float, y: float) -> tuple[float, float] | None:
+    """Return world (x, y), metres, where a pixel's ray meets the floor; None above the horizon.
+
+    Args:
+        pose: viewpoint of the camera; theta is the heading of its optical axis.
+        x, y: pixels, (0, 0) is the upper left corner of the image.
+    """
+    ahead, left, rise = _ray(camera, x, y)
+    if rise >= -1e-6:
+        return None
+    scale = camera.height / -rise
+    placed = compose(pose, Pose2(scale * ahead, scale * left, 0.0))
+    return placed.x, placed.y
+
+
+def bearing(camera: FloorCamera, pose: Pose2, x: float, y: float) -> tuple[float, float]:
+    """Return the direction of a pixel's ray: radians counter-clockwise from +x of the map, and
+    metres that it rises a metre of way (negative: falls)."""
+    ahead, left, rise = _ray(camera, x, y)
+    return wrap_angle(pose.theta + math.atan2(left, ahead)), rise / math.hypot(ahead, left)
+
+
+def _ray(camera: FloorCamera, x: float, y: float) -> tuple[float, float, float]:
+    """Return the direction of a pixel's ray in the robot's frame: ahead, left, up."""
+    across = (x - camera.width_px / 2) / camera.focal
+    down = (y - camera.height_px / 2) / camera.focal
+    c, s = math.cos(camera.pitch), math.sin(camera.pitch)
+    return c + s * down, -across, s - c * down
+
+
+def image_point(
+    camera: FloorCamera, pose: Pose2, point: tuple[float, float, float]
+) -> tuple[float, float] | None:
+    """Return the pixel (x, y) of a world point, which may lie outside the image; None behind."""
+    local = compose(inverse(pose), Pose2(point[0], point[1], 0.0))
+    c, s = math.cos(camera.pitch), math.sin(camera.pitch)
+    rise = point[2] - camera.height
+    depth = c * local.x + s * rise
+    if depth <= 1e-6:
+        return None
+    across, down = -local.y / depth, (s * local.x - c * rise) / depth
+    return (
+        camera.width_px / 2 + camera.focal * across,
+        camera.height_px / 2 + camera.focal * down,
+    )

@@ -23,6 +23,7 @@ FLOOR = {
     "crossfit": 2,
     "doctor": 2,
     "found": 2,
+    "inspection": 2,
     "scripting": 2,
     "store": 1,
     "models": 1,
@@ -49,6 +50,7 @@ ORDER_ON_FLOOR_2 = [
     "crossfit",
     "doctor",
     "found",
+    "inspection",
     "scripting",
 ]
 

@@ -18,6 +18,7 @@ from reviewer.cli import (  # noqa: F401
     found,
     machine,
     pipeline,
+    planning,
     runs,
     serving,
     synthesis,

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from reviewer.store.database import Store
 
 ORDER = (
-    "demo serve import import-masks import-layer run runs evaluate whatif audit found export"
+    "demo serve import import-masks import-layer run runs evaluate whatif audit found plan export"
     " synth train checkpoint models doctor schema"
 ).split()
 """Commands as a newcomer meets them."""

@@ -84,9 +84,23 @@ def render_world(
             yield job.result(), plan.pairs
 
 
-def render_split(folder: Path, plan: SplitPlan) -> str:
-    """Render one split; return its name."""
-    cv2.setNumThreads(1)
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """A split's room, its viewpoints, and the objects: those that stay, and those left behind."""
+
+    room: Room
+    reference_poses: list[Pose2]
+    live_poses: list[Pose2]
+    stay: list[Mesh]
+    left: list[Mesh]
+
+    def live_scene(self) -> Scene:
+        """The room as the live drive finds it; lights as they are built."""
+        return Scene([self.room.mesh, *self.stay, *self.left], self.room.lights, self.room.ambient)
+
+
+def stage_split(plan: SplitPlan) -> tuple[Stage, Rng]:
+    """Place the objects of a split; return them with the random numbers that follow."""
     workspace, group = plan.name[:2], int(plan.name[2])
     # The room is the workspace's own; only what is left behind differs between its splits.
     room = WORKSPACES[workspace](np.random.default_rng([plan.seed, _code(workspace)]))
@@ -110,13 +124,22 @@ def render_split(folder: Path, plan: SplitPlan) -> str:
         for k in targets[::3]
         for thing in _leave_objects(empty_room, stations[k], group, rng, taken, count=1)
     ]
+    return Stage(room, reference_poses, live_poses, stay, left), rng
+
+
+def render_split(folder: Path, plan: SplitPlan) -> str:
+    """Render one split; return its name."""
+    cv2.setNumThreads(1)
+    stage, rng = stage_split(plan)
+    room, stay, left = stage.room, stage.stay, stage.left
     first = Scene([room.mesh, *stay], _moved_lights(room.lights, rng), room.ambient)
     second = Scene([room.mesh, *stay, *left], _moved_lights(room.lights, rng), room.ambient)
     for name in ("reference", "live", "mask"):
         (folder / name).mkdir(parents=True, exist_ok=True)
     past, present = _exposure(rng), _exposure(rng)
     rows = []
-    for k, (before, after) in enumerate(zip(reference_poses, live_poses, strict=True)):
+    drives = zip(stage.reference_poses, stage.live_poses, strict=True)
+    for k, (before, after) in enumerate(drives):
         name = f"{k:04d}"
         write_png(folder / "reference" / f"{name}.png", _photograph(first, before, past, rng)[0])
         picture, number = _photograph(second, after, present, rng)
@@ -168,7 +191,7 @@ def _best_side(scene: Scene, choices: list[Pose2]) -> Pose2:
     x, y = across.ravel().astype(np.float32), down.ravel().astype(np.float32)
     shown = []
     for pose in choices:
-        points, _, _ = scene.pick(_camera(pose), x, y)
+        points, _, _ = scene.pick(camera_at(pose), x, y)
         depth = np.linalg.norm(points[:, :2] - [pose.x, pose.y], axis=1)
         shown.append(float(depth.std() + 0.4 * np.median(depth)))
     best = int(np.argmax(shown))
@@ -181,7 +204,8 @@ def _driven(pose: Pose2, rng: Rng) -> Pose2:
     return Pose2(pose.x + dx, pose.y + dy, wrap_angle(pose.theta + rng.normal(0, 0.021)))
 
 
-def _camera(pose: Pose2) -> Camera:
+def camera_at(pose: Pose2) -> Camera:
+    """Return the robot's camera at a viewpoint."""
     return Camera((pose.x, pose.y, CAMERA_HEIGHT), pose.theta, CAMERA_PITCH)
 
 
@@ -201,7 +225,7 @@ def _leave_objects(
     near, far = VIEWING_RANGE[group]
     count = count or int(rng.integers(1, 4))
     kinds = list(GROUPS[group].values())
-    camera = _camera(pose)
+    camera = camera_at(pose)
     x = rng.uniform(70, 570, 400).astype(np.float32)
     y = rng.uniform(60, 450, 400).astype(np.float32)
     points, normals, numbers = scene.pick(camera, x, y)
@@ -255,7 +279,7 @@ def _exposure(rng: Rng) -> Exposure:
 def _photograph(
     scene: Scene, pose: Pose2, exposure: Exposure, rng: Rng
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.int32]]:
-    rendering = scene.render(_camera(pose), rng)
+    rendering = scene.render(camera_at(pose), rng)
     return develop(rendering.light, exposure, rng), rendering.object_number
 
 

@@ -1,0 +1,1 @@
+"""Active inspection: where DoI says "look again", where that is, from where, and in what order."""
