@@ -18,6 +18,7 @@ from viser import _messages as viser_messages
 from reviewer.app.desks import Desk, Desks
 from reviewer.app.found_panel import FoundPanel
 from reviewer.app.map_panel import MapPanel
+from reviewer.app.plan_panel import PlanPanel
 from reviewer.app.queue_panel import QueuePanel
 from reviewer.app.whatif_panel import WhatIfPanel
 
@@ -78,7 +79,7 @@ def _drawer(
     client: viser.ClientHandle, desk: Desk, workbench: viser.PanelHandle
 ) -> Callable[[str], None]:
     """Return the function that redraws a client after a change of its desk."""
-    panels: list[tuple[QueuePanel, MapPanel, FoundPanel, WhatIfPanel]] = []
+    panels: list[tuple[QueuePanel, MapPanel, FoundPanel, PlanPanel, WhatIfPanel]] = []
 
     def draw(what: str) -> None:
         with desk.lock:
@@ -92,12 +93,14 @@ def _drawer(
                 queue.panel.dock_left()
                 queue.panel.set_width(QUEUE_WIDTH)
                 found = FoundPanel(client, desk, queue.panel)
+                plan = PlanPanel(client, desk, queue.panel)
                 rules = WhatIfPanel(client, desk, workbench)
-                panels.append((queue, MapPanel(client, desk), found, rules))
-            for queue, scene, found, rules in panels:
+                panels.append((queue, MapPanel(client, desk), found, plan, rules))
+            for queue, scene, found, plan, rules in panels:
                 rules.forget()
                 queue.draw(follow=what != "change")
                 scene.draw()
+                plan.follow()
                 if what != "pair":
                     found.draw()
             client.flush()

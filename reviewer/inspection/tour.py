@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from skimage.graph import MCP_Geometric
 
-from reviewer.geometry import Pose2
+from reviewer.geometry import Pose2, cell_centre
 from reviewer.inspection.views import Terrain, View
 
 Ways = npt.NDArray[np.float64]
@@ -22,10 +22,17 @@ Ways = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Tour:
-    """Views in their order, length of the way from the start in metres, views that did not fit."""
+    """Views in an order.
+
+    Attributes:
+        length: of the way from the start, metres.
+        way: points (x, y) of it, metres; around obstacles.
+        left_out: views that did not fit the budget.
+    """
 
     views: tuple[View, ...]
     length: float
+    way: tuple[tuple[float, float], ...]
     left_out: tuple[View, ...]
 
 
@@ -50,9 +57,11 @@ def plan_tour(terrain: Terrain, start: Pose2, views: Sequence[View], budget: flo
             break
         left.discard(best[1])
         order = _untangled(ways, best[2])
+    chosen = [views[k - 1] for k in order]
     return Tour(
-        tuple(views[k - 1] for k in order),
+        tuple(chosen),
         _length(ways, order),
+        _way(terrain, [start, *(view.pose for view in chosen)]),
         tuple(views[k - 1] for k in sorted(left)),
     )
 
@@ -60,13 +69,29 @@ def plan_tour(terrain: Terrain, start: Pose2, views: Sequence[View], budget: flo
 def _ways(terrain: Terrain, poses: Sequence[Pose2]) -> Ways:
     """Return the lengths of the ways between poses, metres."""
     cells = [terrain.nearest_cell(pose, terrain.standing) for pose in poses]
-    costs = np.where(terrain.standing, 1.0, -1.0)
     table = np.zeros((len(cells), len(cells)))
     for row, cell in enumerate(cells[:-1]):
-        found, _ = MCP_Geometric(costs, fully_connected=True).find_costs([cell])
+        found, _ = _search(terrain).find_costs([cell])
         for column in range(row + 1, len(cells)):
             table[row, column] = table[column, row] = found[cells[column]]
     return table * terrain.grid.resolution
+
+
+def _way(terrain: Terrain, stops: Sequence[Pose2]) -> tuple[tuple[float, float], ...]:
+    """Return the points of the shortest way over some stops, every fourth cell and the stops."""
+    cells = [terrain.nearest_cell(stop, terrain.standing) for stop in stops]
+    points = [(stops[0].x, stops[0].y)]
+    for (begin, end), stop in zip(pairwise(cells), stops[1:], strict=True):
+        search = _search(terrain)
+        search.find_costs([begin], [end])
+        path = search.traceback(end)
+        points += [cell_centre(terrain.grid, *cell) for cell in path[4:-2:4]]
+        points.append((stop.x, stop.y))
+    return tuple(points)
+
+
+def _search(terrain: Terrain) -> MCP_Geometric:
+    return MCP_Geometric(np.where(terrain.standing, 1.0, -1.0), fully_connected=True)
 
 
 def _length(ways: Ways, order: Sequence[int]) -> float:

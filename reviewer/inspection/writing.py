@@ -81,9 +81,8 @@ def plan_geojson(plan: InspectionPlan) -> str:
         point(row["target_x"], row["target_y"], kind="target", **own)
     for x, y in plan.unseen:
         point(x, y, kind="unseen target")
-    stops = [plan.start, *(view.pose for view in plan.tour.views)]
-    if len(stops) > 1:
-        path = [[round(stop.x, 3), round(stop.y, 3)] for stop in stops]
+    if plan.tour.views:
+        path = [[round(x, 3), round(y, 3)] for x, y in plan.tour.way]
         features.append(
             {
                 "type": "Feature",

@@ -1,0 +1,29 @@
+"""Panels of the Viser page beside the queue."""
+
+import json
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect
+from workbench import wait_title
+
+pytestmark = pytest.mark.browser
+
+
+def test_a_plan_is_drawn_and_downloaded(server, visit):
+    server.store.write(lambda c: c.execute("UPDATE regions SET inspect = 1, doi = 0.95"))
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    page.get_by_role("tab", name="Plan").click()
+    page.get_by_text("Camera", exact=True).click()
+    page.get_by_label("Focal, px").fill("100")
+    page.keyboard.press("Enter")
+    page.get_by_text("Plan this split").click()
+    expect(page.locator("body")).to_contain_text("regions ask for another look")
+    with page.expect_download() as download:
+        page.get_by_text("geojson").click()
+    assert download.value.suggested_filename == "plan-cs1.geojson"
+    plan = json.loads(Path(download.value.path()).read_text())
+    assert plan["properties"]["split"] == "cs1"
+    page.get_by_text("Clear the map").click()
+    expect(page.locator("body")).not_to_contain_text("regions ask for another look")
