@@ -20,6 +20,7 @@ from reviewer.app.found_panel import FoundPanel
 from reviewer.app.map_panel import MapPanel
 from reviewer.app.plan_panel import PlanPanel
 from reviewer.app.queue_panel import QueuePanel
+from reviewer.app.scores_panel import ScoresPanel
 from reviewer.app.whatif_panel import WhatIfPanel
 
 ACCENT = (20, 130, 140)
@@ -95,6 +96,7 @@ def _drawer(
                 found = FoundPanel(client, desk, queue.panel)
                 plan = PlanPanel(client, desk, queue.panel)
                 rules = WhatIfPanel(client, desk, workbench)
+                ScoresPanel(client, desk, workbench)
                 panels.append((queue, MapPanel(client, desk), found, plan, rules))
             for queue, scene, found, plan, rules in panels:
                 rules.forget()

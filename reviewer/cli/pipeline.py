@@ -136,6 +136,17 @@ def evaluate(
     figure_e: Annotated[
         Path | None, typer.Option(help="Write bars of F by split, .png, .pdf or .svg.")
     ] = None,
+    figure_f: Annotated[
+        Path | None,
+        typer.Option(help="Write rows of reference, live, truth and masks, .png, .pdf or .svg."),
+    ] = None,
+    pairs: Annotated[
+        str | None, typer.Option(help="figure-f: cs1/0000,cr2/0001; else telling ones.")
+    ] = None,
+    rows: Annotated[int, typer.Option(help="figure-f: rows of telling pairs.", min=1)] = 6,
+    report: Annotated[
+        Path | None, typer.Option(help="Write one HTML page: tables, plots, failures.")
+    ] = None,
     format: Annotated[FormatName, typer.Option(help="How to write it.")] = "table",
     db: Database = DEFAULT_DB,
 ) -> None:
@@ -147,11 +158,44 @@ def evaluate(
         if shapes:
             _print_shapes(store, run, format)
             return
+        if report is not None:
+            _write_report(store, run, chosen, report)
+            return
         lines = print_scores(store, run, format, chosen, table_a=table_a)
+        if figure_f is not None:
+            _write_rows(store, run, pairs, rows, figure_f)
     if figure_e is not None:
         from reviewer.evaluation.split_figure import draw_splits
 
         draw_splits(lines, figure_e)
+
+
+def _write_report(store: Store, run: str | None, protocol: Protocol, path: Path) -> None:
+    from reviewer.atomic import whole_file
+    from reviewer.evaluation.report import report_page
+    from reviewer.store.runs import run_of_name
+
+    if run is not None:
+        run_of_name(store, run)
+    page = report_page(store, run, protocol, lambda step: typer.echo(f"report: {step}", err=True))
+    with whole_file(path) as file:
+        file.write(page.encode())
+    typer.echo(f"wrote {path}, {len(page) / 1e6:.1f} MB")
+
+
+def _write_rows(store: Store, run: str | None, titles: str | None, count: int, path: Path) -> None:
+    from reviewer.evaluation.rows_figure import draw_rows, telling_pairs
+    from reviewer.store.pairs import list_pairs
+    from reviewer.store.runs import list_runs, run_of_name, run_or_newest
+
+    runs = [run_of_name(store, run)] if run else list_runs(store)[-2:]
+    wanted = titles.split(",") if titles else telling_pairs(store, run_or_newest(store, run), count)
+    known = {pair.title: pair for pair in list_pairs(store)}
+    for title in wanted:
+        if title not in known:
+            raise InvalidInput(f"--pairs {title}: there is no such pair")
+    draw_rows(store, runs, [known[title] for title in wanted], path)
+    typer.echo(f"wrote {path}")
 
 
 def _print_shapes(store: Store, run: str | None, form: FormatName) -> None:

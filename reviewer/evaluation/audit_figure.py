@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import IO
 
 from matplotlib.figure import Figure
 
@@ -11,7 +12,7 @@ from reviewer.evaluation.audit import Predictor
 ACCENT, SOFT = "#14828c", "#868e96"
 
 
-def draw_predictor(found: Predictor, path: Path) -> None:
+def draw_predictor(found: Predictor, path: Path | IO[bytes]) -> None:
     """Write both plots into one file; its name's ending says which format."""
     figure = Figure(figsize=(9, 3.8), layout="constrained")
     left, right = figure.subplots(1, 2)

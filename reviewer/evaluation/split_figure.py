@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import IO
 
 from matplotlib.figure import Figure
 
@@ -13,7 +14,7 @@ from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line
 COLOURS = {"base": "#adb5bd", "doi": "#14828c", "audited": "#f59f00"}
 
 
-def draw_splits(lines: Sequence[Line], path: Path) -> None:
+def draw_splits(lines: Sequence[Line], path: Path | IO[bytes]) -> None:
     """Write a panel a run; the name's ending says which format.
 
     Raises:

@@ -27,3 +27,21 @@ def test_a_plan_is_drawn_and_downloaded(server, visit):
     assert plan["properties"]["split"] == "cs1"
     page.get_by_text("Clear the map").click()
     expect(page.locator("body")).not_to_contain_text("regions ask for another look")
+
+
+def test_scores_follow_the_protocol_and_the_report_is_downloaded(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    page.get_by_role("tab", name="Scores").click()
+    page.get_by_role("button", name="Count", exact=True).click()
+    expect(page.locator("body")).to_contain_text("0 ill-posed pixels are left out")
+    table = page.locator("table").last
+    pooled = table.inner_text()
+    assert "with DoI" in pooled and "cs1" in pooled
+    page.get_by_label("Protocol").click()
+    page.get_by_role("option", name="mean F of images").click()
+    expect(table).not_to_have_text(pooled)
+    with page.expect_download() as download:
+        page.get_by_text("Report as one HTML page").click()
+    text = Path(download.value.path()).read_text()
+    assert "F is averaged over images (empty and rightly so: skip)" in text

@@ -1,0 +1,114 @@
+"""Scores in Viser: Table A and a table by split under a protocol, and the whole report to download.
+
+Everything but the report comes from stored counts, so another protocol is there at once.
+"""
+
+from __future__ import annotations
+
+import html
+from typing import Any
+
+import viser
+
+from reviewer.app.desks import Desk
+from reviewer.errors import ReviewerError
+from reviewer.evaluation.counting import refresh_counts
+from reviewer.evaluation.protocols import Empty, Group, Kind, Protocol, protocol_lines
+from reviewer.evaluation.report import report_page
+from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line, table_a_rows
+from reviewer.store.scores import pair_scores
+
+KINDS: dict[str, Kind] = {
+    "pixels pooled": "pooled",
+    "mean F of images": "image_mean",
+    "F of mean P and R": "mean_pr",
+}
+GROUPS: dict[str, Group] = {"split": "split", "workspace": "workspace", "object group": "group"}
+EMPTIES: dict[str, Empty] = {"left out": "skip", "1": "one", "0": "zero"}
+
+
+class ScoresPanel:
+    """The tab of one Viser client; filled when it is asked for."""
+
+    def __init__(self, client: viser.ClientHandle, desk: Desk, panel: viser.PanelHandle) -> None:
+        """Build the widgets beside the workbench."""
+        self._client, self._desk = client, desk
+        gui = client.gui
+        with panel.add_tab("Scores"):
+            start = gui.add_button("Count")
+            self._kind = gui.add_dropdown("Protocol", tuple(KINDS))
+            self._group = gui.add_dropdown("A line is a", tuple(GROUPS))
+            self._empty = gui.add_dropdown(
+                "Rightly empty",
+                tuple(EMPTIES),
+                hint="What an image without change in which nothing was found counts as",
+            )
+            self._text = gui.add_html("")
+            self._report = gui.add_button("Report as one HTML page", visible=False)
+        start.on_click(lambda _: self.draw())
+        for widget in (self._kind, self._group, self._empty):
+            widget.on_update(lambda _: self.draw())
+        self._report.on_click(lambda _: self._download())
+
+    def _protocol(self) -> Protocol:
+        return Protocol(
+            KINDS[self._kind.value],
+            EMPTIES[self._empty.value],
+            group=GROUPS[self._group.value],
+        )
+
+    def draw(self) -> None:
+        """Count what is not counted yet, and show all runs."""
+        store, run = self._desk.store, self._desk.chosen_run
+        refresh_counts(store)
+        lines = protocol_lines(pair_scores(store), self._protocol())
+        self._report.visible = bool(lines)
+        if not lines or run is None:
+            self._text.content = _line("No run has a prediction of a pair with ground truth.")
+            return
+        own = [line for line in lines if line.run == run.name]
+        one = [line for line in own if line.method == own[0].method and line.split != MEAN]
+        ignored = sum(line.counts.ignored for line in one)
+        self._text.content = (
+            _line("<b>Mean F</b>")
+            + _table(table_a_rows(lines))
+            + _line(f"<b>{html.escape(run.name)}</b>; {ignored:,} ill-posed pixels are left out")
+            + _table([_row(line) for line in own])
+        )
+
+    def _download(self) -> None:
+        self._report.label = "Writing the report…"
+        try:
+            page = report_page(self._desk.store, None, self._protocol(), lambda step: None)
+            self._client.send_file_download("report.html", page.encode(), save_immediately=True)
+        except ReviewerError as error:
+            self._client.add_notification("No report", str(error), color="red")
+        finally:
+            self._report.label = "Report as one HTML page"
+
+
+def _row(line: Line) -> dict[str, Any]:
+    scores = {"P": line.precision, "R": line.recall, "F": line.f_score}
+    return {"": line.split, "method": METHOD_TITLE[line.method], "pairs": line.pairs, **scores}
+
+
+def _table(rows: list[dict[str, Any]]) -> str:
+    head = "".join(f'<th style="text-align:left">{html.escape(key)}</th>' for key in rows[0])
+    body = "".join(
+        f'<tr style="{"font-weight:650" if MEAN in row.values() else ""}">'
+        + "".join(f"<td>{_short(value)}</td>" for value in row.values())
+        + "</tr>"
+        for row in rows
+    )
+    return (
+        '<table style="margin:0 .75em;font-size:.85em;border-spacing:1.2em .1em;'
+        f'font-variant-numeric:tabular-nums"><tr>{head}</tr>{body}</table>'
+    )
+
+
+def _short(value: Any) -> str:
+    return f"{value:.4f}" if isinstance(value, float) else html.escape(str(value))
+
+
+def _line(text: str) -> str:
+    return f'<div style="padding:.6em .75em .2em;font-size:.85em">{text}</div>'

@@ -1,0 +1,252 @@
+"""The evaluation as one HTML page that needs nothing beside it: tables, plots, failures."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from collections.abc import Callable, Mapping, Sequence
+from typing import IO, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from reviewer import __version__
+from reviewer.errors import NotFound
+from reviewer.evaluation.audit import AuditReport, audit_report
+from reviewer.evaluation.audit_figure import draw_predictor
+from reviewer.evaluation.counting import refresh_counts
+from reviewer.evaluation.outcomes import refresh_terms, run_terms
+from reviewer.evaluation.protocols import Protocol, protocol_lines
+from reviewer.evaluation.rows_figure import draw_rows, telling_pairs
+from reviewer.evaluation.rules import rule_of_run, vary_rule
+from reviewer.evaluation.shapes import shape_rows
+from reviewer.evaluation.split_figure import draw_splits
+from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line, table_a_rows
+from reviewer.records import Run
+from reviewer.store.audited import audit_rows
+from reviewer.store.database import Store
+from reviewer.store.pairs import list_pairs
+from reviewer.store.runs import list_runs
+from reviewer.store.scores import pair_scores
+
+STEPS = 101
+TELLING = 8
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 1100px; margin: 0 auto; padding: 28px;
+  color: #1e232b; background: #fff; }
+h1 { font-size: 24px; margin: 0; } h2 { font-size: 18px; margin: 34px 0 8px; }
+p { margin: 4px 0 12px; max-width: 48em; } .soft { color: #636d7b; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 14px; }
+th { text-align: left; font-weight: 600; border-bottom: 1.5px solid #1e232b; }
+th, td { padding: 3px 14px 3px 0; } td:not(:first-child), th { white-space: nowrap; }
+td.number { text-align: right; }
+tr.mean td { font-weight: 650; border-bottom: 1px solid #d6dbe2; }
+img { max-width: 100%; display: block; margin: 6px 0; } details { margin: 8px 0; }
+summary { cursor: pointer; color: #14828c; }
+"""
+
+
+def report_page(
+    store: Store, run: str | None, protocol: Protocol, told: Callable[[str], None]
+) -> str:
+    """Return the page of one run, or of all.
+
+    Args:
+        told: is called with what is being done.
+
+    Raises:
+        NotFound: when no run has a prediction of a pair with ground truth.
+    """
+    told("counts")
+    refresh_counts(store)
+    lines = protocol_lines(pair_scores(store, run), protocol)
+    if not lines:
+        raise NotFound("report: no run has a prediction of a pair with ground truth")
+    runs = [each for each in list_runs(store) if any(line.run == each.name for line in lines)]
+    told("objects and borders")
+    shapes = shape_rows(store, run)
+    parts = [_head(lines, protocol), "<h2>Mean F</h2>", _table(table_a_rows(lines))]
+    parts += ["<h2>By split</h2>", _picture(lambda file: draw_splits(lines, file), "F by split")]
+    parts.append(f"<details><summary>numbers</summary>{_lines_table(lines)}</details>")
+    parts += [
+        "<h2>Objects and borders</h2>",
+        '<p class="soft">Precision and recall of objects at an IoU, over all pairs; mean boundary F'
+        " within some pixels.</p>",
+        _table(shapes),
+    ]
+    for each in runs:
+        told(each.name)
+        parts.append(_run_part(store, each))
+    told("pictures")
+    parts.append(_pictures(store, runs))
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<title>Evaluation</title><style>{STYLE}</style></head>\n<body>"
+        + "\n".join(parts)
+        + "</body></html>\n"
+    )
+
+
+def _head(lines: Sequence[Line], protocol: Protocol) -> str:
+    names = list(dict.fromkeys(line.run for line in lines))
+    pairs = max(line.pairs for line in lines if line.split == MEAN)
+    # One method of one run looks at every pair once.
+    one = [
+        line for line in lines if line.split != MEAN and (line.run, line.method) == _first(lines)
+    ]
+    ignored = sum(line.counts.ignored for line in one)
+    pixels = sum(_pixels(line) for line in one)
+    rule = {
+        "pooled": "pixels are pooled inside a group",
+        "image_mean": f"F is averaged over images (empty and rightly so: {protocol.empty})",
+        "mean_pr": f"P and R are averaged over images (empty and rightly so: {protocol.empty})",
+    }[protocol.kind]
+    return (
+        "<h1>Evaluation</h1>"
+        f'<p class="soft">{len(names)} run{"s" * (len(names) != 1)} on {pairs} pairs with ground'
+        f" truth; {rule}, means weigh {protocol.weight} alike. {ignored:,} of {pixels:,} pixels are"
+        f" ill-posed and were left out ({ignored / pixels if pixels else 0:.2%}). reviewer"
+        f" {__version__}.</p>"
+    )
+
+
+def _first(lines: Sequence[Line]) -> tuple[str, str]:
+    return lines[0].run, lines[0].method
+
+
+def _pixels(line: Line) -> int:
+    c = line.counts
+    return c.tp + c.fp + c.fn + c.tn + c.ignored
+
+
+def _run_part(store: Store, run: Run) -> str:
+    """What a run decided: F under other thresholds, decisions against the oracle's, DoI as a sign
+    of errors."""
+    refresh_terms(store, run)
+    terms = run_terms(store, run)
+    parts = [f"<h2>{html.escape(run.name)}</h2>"]
+    members = f"{run.aligner}, {run.detector}, {run.settings.get('labeller')}, {run.segmenter}"
+    parts.append(f'<p class="soft">{html.escape(members)}</p>')
+    if terms.pair_ids:
+        rule = rule_of_run(run.settings)
+        values = np.linspace(0.0, 1.01, STEPS)
+        engine = terms.whatif
+        curve = engine.sweep([vary_rule(rule, "high", float(v)) for v in values]).mean_f()
+        levels = {
+            "detector alone": float(engine.base().mean_f()[0]),
+            "oracle decisions": float(engine.oracle().mean_f()[0]),
+        }
+        parts.append(
+            _picture(
+                lambda file: _draw_curve(values, curve, levels, rule.high, file),
+                "mean F by threshold",
+            )
+        )
+    rows = audit_rows(store, run.id)
+    if rows:
+        found = audit_report(rows)
+        parts.append(_audit_text(found))
+        parts.append(_picture(lambda file: draw_predictor(found.predictor, file), "DoI and errors"))
+        parts.append(
+            "<details><summary>decisions by split, label, size and reason</summary>"
+            f"{_table(found.confusion)}<br>{_table(found.groups)}<br>{_table(found.verdicts)}"
+            "</details>"
+        )
+    return "\n".join(parts)
+
+
+def _audit_text(found: AuditReport) -> str:
+    predictor = found.predictor
+    figures = ", ".join(
+        f"{name} {interval.value:.3f} [{interval.low:.3f}, {interval.high:.3f}]"
+        for name, interval in (
+            ("AUROC", predictor.auroc),
+            ("AUPRC", predictor.auprc),
+            ("AURC", predictor.aurc),
+            ("calibration error", predictor.ece),
+        )
+    )
+    right = sum(row["right"] for row in found.groups if row["by"] == "split")
+    return (
+        f"<p>{found.regions} regions, {found.counted} with something to decide; {right} of these"
+        " decisions leave as few wrong pixels as any. DoI as a predictor of detector errors"
+        f" (95 % intervals over pairs): {figures}.</p>"
+    )
+
+
+def _draw_curve(
+    values: Any, curve: Any, levels: Mapping[str, float], now: float, file: IO[bytes]
+) -> None:
+    figure = Figure(figsize=(7.5, 3.2), layout="constrained")
+    axes = figure.subplots()
+    axes.plot(values, curve, color="#14828c", linewidth=2.5, label="mean F")
+    for (name, level), colour in zip(levels.items(), ("#e8590c", "#7048e8"), strict=True):
+        axes.axhline(level, color=colour, linestyle="--", linewidth=1, label=name)
+    axes.axvline(now, color="#868e96", linewidth=1, label="threshold of the run")
+    axes.set(xlabel="adopt where DoI is below", ylabel="F", xlim=(0, 1.01))
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False, fontsize=9, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    figure.savefig(file, dpi=110)
+
+
+def _pictures(store: Store, runs: Sequence[Run]) -> str:
+    """Figure F of pairs in which DoI gained and lost most, by the newest run."""
+    titles = telling_pairs(store, runs[-1], TELLING)
+    by_title = {pair.title: pair for pair in list_pairs(store)}
+    pairs = [by_title[title] for title in titles]
+    if not pairs:
+        return ""
+    shown = runs[-2:]
+    about = (
+        f"First the pairs in which DoI gained most in {html.escape(runs[-1].name)}, then those in"
+        " which it lost most, or whose F is lowest."
+    )
+    picture = _picture(lambda file: draw_rows(store, shown, pairs, file), "masks of pairs")
+    return f'<h2>Gains and failures</h2><p class="soft">{about}</p>{picture}'
+
+
+def _picture(draw: Callable[[IO[bytes]], None], title: str) -> str:
+    buffer = io.BytesIO()
+    draw(buffer)
+    data = base64.b64encode(buffer.getvalue()).decode()
+    return f'<img alt="{html.escape(title)}" src="data:image/png;base64,{data}">'
+
+
+def _lines_table(lines: Sequence[Line]) -> str:
+    rows = [
+        {
+            "run": line.run,
+            "method": METHOD_TITLE[line.method],
+            "split": line.split,
+            "pairs": line.pairs,
+            "P": line.precision,
+            "R": line.recall,
+            "F": line.f_score,
+        }
+        for line in lines
+    ]
+    return _table(rows, strong="split")
+
+
+def _table(rows: Sequence[Mapping[str, Any]], strong: str = "") -> str:
+    if not rows:
+        return '<p class="soft">none</p>'
+    head = "".join(f"<th>{html.escape(str(column))}</th>" for column in rows[0])
+    body = "".join(
+        f'<tr class="{"mean" if strong and row[strong] == MEAN else ""}">'
+        + "".join(_cell(value) for value in row.values())
+        + "</tr>"
+        for row in rows
+    )
+    return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return f'<td class="number">{value:.4f}</td>'
+    if isinstance(value, int):
+        return f'<td class="number">{value}</td>'
+    return f"<td>{html.escape(str(value))}</td>"

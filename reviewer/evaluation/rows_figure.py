@@ -1,0 +1,144 @@
+"""Rows of reference, live, ground truth and each method's mask: the paper's figure F."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from reviewer.dataset.files import read_rgb
+from reviewer.errors import NotFound
+from reviewer.evaluation.tables import METHOD_TITLE
+from reviewer.masks import Mask, decode_rle
+from reviewer.metrics import f_score
+from reviewer.records import Method, Pair, Run
+from reviewer.store.database import Store
+from reviewer.store.pairs import list_pairs
+from reviewer.store.regions import load_prediction
+from reviewer.store.revisions import newest_revision
+from reviewer.store.scores import pair_scores
+
+Image = npt.NDArray[np.uint8]
+
+RIGHT, WRONG, MISSED, IGNORED = (38, 190, 180), (240, 96, 60), (86, 150, 255), (120, 100, 140)
+"""Colours of changed and found, found but unchanged, changed but not found, not scored."""
+CELL = 2.0
+
+
+def telling_pairs(store: Store, run: Run, count: int) -> list[str]:
+    """Return titles of pairs to look at: half where DoI gains most F, half where it loses most.
+
+    Where it loses nowhere, those with the lowest F take their place. Pairs without change in which
+    nothing was found tell nothing.
+    """
+    base, doi = (_scores(store, run, method) for method in ("base", "doi"))
+    both = sorted(base.keys() | doi.keys())
+    base, doi = ({title: found.get(title, 0.0) for title in both} for found in (base, doi))
+    by_gain = sorted(both, key=lambda title: (base[title] - doi[title], title))
+    by_loss = sorted(both, key=lambda title: (min(0.0, doi[title] - base[title]), doi[title]))
+    gains = [title for title in by_gain if doi[title] > base[title]][: (count + 1) // 2]
+    losses = [title for title in by_loss if title not in gains][: count - len(gains)]
+    return gains + losses
+
+
+def _scores(store: Store, run: Run, method: Method) -> dict[str, float]:
+    """Return F of the pairs that have one of their own, by title."""
+    title = {pair.id: pair.title for pair in list_pairs(store)}
+    return {
+        title[score.pair_id]: f_score(score.counts)
+        for score in pair_scores(store, run.name)
+        if score.method == method and score.counts.tp + score.counts.fp + score.counts.fn
+    }
+
+
+def draw_rows(
+    store: Store, runs: Sequence[Run], pairs: Sequence[Pair], path: Path | IO[bytes]
+) -> None:
+    """Write a row a pair; the name's ending says which format (PNG for an open file).
+
+    Raises:
+        NotFound: when there is no pair, or one has no ground truth.
+    """
+    if not pairs or not runs:
+        raise NotFound("figure F: no pair has both ground truth and a prediction")
+    methods: list[Method] = ["base", "doi"]
+    columns = ["reference", "live", "ground truth"]
+    columns += [f"{run.name}\n{METHOD_TITLE[method]}" for run in runs for method in methods]
+    height, width = pairs[0].live.height, pairs[0].live.width
+    size = (CELL * len(columns), CELL * height / width * len(pairs) + 0.75)
+    figure = Figure(figsize=size, layout="constrained")
+    grid = figure.subplots(len(pairs), len(columns), squeeze=False)
+    scores = {(run.name, method): _scores(store, run, method) for run in runs for method in methods}
+    for row, pair in zip(grid, pairs, strict=True):
+        cells = _cells(store, runs, methods, pair, scores)
+        for axes, (cell, note) in zip(row, cells, strict=True):
+            axes.set_xticks([])
+            axes.set_yticks([])
+            axes.spines[:].set_visible(False)
+            if cell is not None:
+                axes.imshow(cell, interpolation="nearest" if note else "antialiased")
+            if note:
+                axes.text(
+                    0.98, 0.03, note, transform=axes.transAxes, color="white", fontsize=7,
+                    ha="right", bbox={"facecolor": "#000000a0", "edgecolor": "none", "pad": 1.5},
+                )  # fmt: skip
+        row[0].set_ylabel(pair.title, fontsize=8)
+    for axes, title in zip(grid[0], columns, strict=True):
+        axes.set_title(_short(title), fontsize=8)
+    named = {"right": RIGHT, "wrong": WRONG, "missed": MISSED, "not scored": IGNORED}
+    handles = [
+        Patch(color=(red / 255, green / 255, blue / 255), label=name)
+        for name, (red, green, blue) in named.items()
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    figure.savefig(path, dpi=130)
+
+
+def _short(title: str) -> str:
+    name, line, method = title.partition("\n")
+    return f"{name if len(name) < 24 else name[:22] + '…'}{line}{method}"
+
+
+def _cells(
+    store: Store,
+    runs: Sequence[Run],
+    methods: Sequence[Method],
+    pair: Pair,
+    scores: Mapping[tuple[str, Method], Mapping[str, float]],
+) -> list[tuple[Image | None, str]]:
+    revision = newest_revision(store, pair.id)
+    if revision is None:
+        raise NotFound(f"figure F: pair {pair.title} has no ground truth")
+    live, truth, ignore = read_rgb(pair.live.path), decode_rle(revision.mask), revision.ignore()
+    cells: list[tuple[Image | None, str]] = [
+        (read_rgb(pair.reference.path), ""),
+        (live, ""),
+        (overlaid(live, truth, truth, ignore), ""),
+    ]
+    for run in runs:
+        for method in methods:
+            found = load_prediction(store, run.id, pair.id, method)
+            if found is None:
+                cells.append((None, ""))
+                continue
+            score = scores[run.name, method].get(pair.title)
+            note = "rightly empty" if score is None else f"F {score:.2f}"
+            cells.append((overlaid(live, decode_rle(found), truth, ignore), note))
+    return cells
+
+
+def overlaid(live: Image, found: Mask, truth: Mask, ignore: Mask | None) -> Image:
+    """Return the live image, greyed, with what is right, wrong, missed and not scored in colour."""
+    grey = live.mean(axis=2, keepdims=True)
+    picture = np.repeat(grey * 0.5 + 20, 3, axis=2)
+    layers = [(found & truth, RIGHT), (found & ~truth, WRONG), (truth & ~found, MISSED)]
+    if ignore is not None:
+        layers.append((ignore, IGNORED))
+    for mask, colour in layers:
+        picture[mask] = 0.2 * picture[mask] + 0.8 * np.array(colour)
+    return picture.astype(np.uint8)
