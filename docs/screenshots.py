@@ -1,18 +1,23 @@
-"""Take the pictures of the README from the running demo: `reviewer demo` first, then this.
+"""Take the pictures of README and guide from the running demo: `reviewer demo` first, then this.
 
 Usage: python docs/screenshots.py http://127.0.0.1:8000 TOKEN
 """
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
+import cv2
+import numpy as np
 from playwright.sync_api import Frame, Page, expect, sync_playwright
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
 from find_browser import FLAGS, find_browser  # noqa: E402
 
-PAIR = "lr2/0000"
+TARGET = ROOT / "docs" / "images"
+PAIR, PLANNED = "lr2/0000", "cs1/0001"
+WEIGHT_FREE = "dis-difference-oversegment-component"
 
 
 def open_pair(page: Page, frame: Frame, wanted: str) -> None:
@@ -44,11 +49,89 @@ def middle(frame: Frame) -> tuple[float, float]:
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
+def shoot(page: Page, name: str) -> None:
+    """Photograph the page; a .jpg takes a fifth of the bytes."""
+    page.wait_for_timeout(1800)
+    if name.endswith(".png"):
+        page.screenshot(path=TARGET / name)
+        return
+    picture = cv2.imdecode(np.frombuffer(page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+    assert cv2.imwrite(str(TARGET / name), picture, [cv2.IMWRITE_JPEG_QUALITY, 86])
+
+
+def desk(page: Page, frame: Frame) -> None:
+    """Dark, light, and with a clicked object."""
+    open_pair(page, frame, PAIR)
+    page.wait_for_timeout(1000)
+    shoot(page, "desk-dark.png")
+    frame.locator("button[data-action=theme]").click()
+    shoot(page, "desk-light.png")
+    frame.locator("button[data-action=theme]").click()
+    click_object(page, frame)
+    shoot(page, "desk-click.png")
+    page.keyboard.press("Escape")
+    page.keyboard.press("b")
+
+
+def audit(page: Page, frame: Frame) -> None:
+    """The walk through regions, with a reason picked."""
+    frame.select_option("#mode", "audit")
+    frame.select_option("#walkOrder", "loss")
+    expect(frame.locator("#walk")).to_contain_text("flipping gains")
+    page.keyboard.press("5")
+    shoot(page, "audit.jpg")
+    frame.select_option("#mode", "correct")
+    page.keyboard.press("f")
+
+
+def what_if(page: Page, frame: Frame) -> None:
+    """The tab with other rules."""
+    page.get_by_role("tab", name="What if").click()
+    page.get_by_text("Count what other rules would give").click()
+    page.wait_for_timeout(2000)
+    shoot(page, "what-if.jpg")
+
+
+def scores(page: Page, frame: Frame) -> None:
+    """The tab with scores."""
+    page.get_by_role("tab", name="Scores").click()
+    page.get_by_role("button", name="Count", exact=True).click()
+    shoot(page, "scores.jpg")
+
+
+def plan(page: Page, frame: Frame) -> None:
+    """A tour on the map."""
+    page.get_by_role("tab", name="Workbench").click()
+    frame.select_option("#run", WEIGHT_FREE)
+    page.wait_for_timeout(1500)
+    open_pair(page, frame, PLANNED)
+    page.wait_for_timeout(1500)
+    page.get_by_role("tab", name="Plan").click()
+    page.get_by_text("Plan this split").click()
+    page.wait_for_timeout(2500)
+    shoot(page, "plan.jpg")
+
+
+def found(page: Page, frame: Frame) -> None:
+    """The list of what was found."""
+    page.get_by_role("tab", name="Found").click()
+    shoot(page, "found.jpg")
+
+
+PICTURES: dict[str, Callable[[Page, Frame], None]] = {
+    "desk": desk,
+    "audit": audit,
+    "what-if": what_if,
+    "scores": scores,
+    "plan": plan,
+    "found": found,
+}
+
+
 def main() -> None:
-    """Visit the desk and photograph it: dark, light, and with a clicked object."""
-    url, token = sys.argv[1:3]
-    target = ROOT / "docs" / "images"
-    target.mkdir(exist_ok=True)
+    """Visit the desk and photograph it; names after the token take only those pictures."""
+    url, token, *wanted = sys.argv[1:]
+    TARGET.mkdir(exist_ok=True)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_browser(), args=FLAGS)
         page = browser.new_page(viewport={"width": 1680, "height": 980})
@@ -59,17 +142,8 @@ def main() -> None:
         expect(frame.locator("#title")).not_to_have_text("…", timeout=60_000)
         toast = page.locator(".mantine-Notification-closeButton").first
         toast.click(timeout=5000)
-        open_pair(page, frame, PAIR)
-        page.wait_for_timeout(2500)
-        page.screenshot(path=target / "desk-dark.png")
-        frame.locator("button[data-action=theme]").click()
-        page.wait_for_timeout(2000)
-        page.screenshot(path=target / "desk-light.png")
-        frame.locator("button[data-action=theme]").click()
-        click_object(page, frame)
-        page.wait_for_timeout(1500)
-        page.screenshot(path=target / "desk-click.png")
-        page.keyboard.press("Escape")
+        for name in wanted or PICTURES:
+            PICTURES[name](page, frame)
         browser.close()
 
 

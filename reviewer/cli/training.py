@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -62,6 +62,12 @@ def train(
     state: Annotated[
         list[str] | None,
         typer.Option(help="Ground truth: only pairs in this review state; repeatable."),
+    ] = None,
+    synthetic_share: Annotated[
+        float | None,
+        typer.Option(
+            help="Ground truth: share of synthetic pairs among those shown.  [0.5]", min=0, max=0.99
+        ),
     ] = None,
     start: Annotated[
         Path | None, typer.Option(help="Checkpoint of the same net to go on from.")
@@ -144,16 +150,28 @@ def train(
         start,
         workers,
     )
+    labelled = {
+        "--by": by,
+        "--parts": parts,
+        "--warped-by": warped_by,
+        "--state": state,
+        "--synthetic-share": synthetic_share,
+    }
+    share = 0.5 if synthetic_share is None else synthetic_share
     pasted = {"--coco": coco, "--images": images, "--category": category, "--synthesis": synthesis}
-    labelled = {"--by": by, "--parts": parts, "--warped-by": warped_by, "--state": state}
+    if from_ground_truth and not share:
+        _refuse(pasted, "is about synthetic pairs, of which --synthetic-share 0 shows none")
+    if not from_ground_truth:
+        _refuse(labelled, "belongs to --from-ground-truth, which is not given")
+    pasting = read_synthesis(synthesis)
     with open_store(db) as store:
         if from_ground_truth:
-            _refuse(pasted, "is about synthetic pairs, --from-ground-truth pastes nothing")
-            _train_on_truth(store, order, by or "workspace", parts or 5, warped_by, state or [])
+            bank = open_bank(store, coco, images, category, least_area, seed) if share else None
+            folding = Folding(by or "workspace", parts or 5, warped_by, tuple(state or ()))
+            _train_on_truth(store, order, folding, bank, pasting, share)
         else:
-            _refuse(labelled, "belongs to --from-ground-truth, which is not given")
             bank = open_bank(store, coco, images, category, least_area, seed)
-            _train_on_synthesis(store, order, train_on, bank, read_synthesis(synthesis))
+            _train_on_synthesis(store, order, train_on, bank, pasting)
 
 
 @dataclass(frozen=True)
@@ -169,6 +187,16 @@ class Order:
 
     def folder(self, store: Store) -> Path:
         return store.folder / "trainings" / self.title
+
+
+@dataclass(frozen=True)
+class Folding:
+    """Which ground truth is divided, and how."""
+
+    by: FoldName
+    parts: int
+    warped_by: str | None
+    states: tuple[str, ...]
 
 
 def _refuse(given: Mapping[str, object], why: str) -> None:
@@ -214,16 +242,16 @@ def _train_on_synthesis(
 def _train_on_truth(
     store: Store,
     order: Order,
-    by: FoldName,
-    parts: int,
-    warped_by: str | None,
-    states: Sequence[str],
+    folding: Folding,
+    bank: Bank | None,
+    synthesis: SynthesisSettings,
+    share: float,
 ) -> None:
     """Fit a net a fold, then run the pipeline on what each found in the pairs it has not seen."""
     from dataclasses import replace
 
     from reviewer.crossfit.fitting import Reports, fit_folds
-    from reviewer.crossfit.folds import fold_data, write_truth
+    from reviewer.crossfit.folds import Pasting, fold_data, write_truth
     from reviewer.export.folds import make_folds
     from reviewer.export.selection import Selection, select_labelled
     from reviewer.pipeline.settings import IMPORTED, PipelineSettings
@@ -231,15 +259,16 @@ def _train_on_truth(
 
     settings, folder = order.settings, order.folder(store)
     others = [run for run in list_runs(store) if run.name != order.title]
-    warper = run_or_newest(store, warped_by or (others[-1].name if others else None))
-    selection = Selection(splits=tuple(order.splits), states=tuple(states))
+    warper = run_or_newest(store, folding.warped_by or (others[-1].name if others else None))
+    selection = Selection(splits=tuple(order.splits), states=folding.states)
     labelled, without = select_labelled(store, selection)
-    folds = make_folds(store, [item.pair for item in labelled], by, parts)
+    folds = make_folds(store, [item.pair for item in labelled], folding.by, folding.parts)
     files = write_truth(store, labelled, folder / "truth", selection, warper)
-    folded = fold_data(folds, files, {"by": by, "warped_by": warper.name})
+    pasting = Pasting(bank, synthesis, share) if bank else None
+    folded = fold_data(folds, files, {"by": folding.by, "warped_by": warper.name}, pasting)
     typer.echo(
         f"{len(labelled)} pairs with ground truth ({len(without)} without), warped by"
-        f" {warper.name}; folds by {by}: {', '.join(fold.name for fold in folds)}"
+        f" {warper.name}; folds by {folding.by}: {', '.join(fold.name for fold in folds)}"
     )
     with progress_bar(order.title) as bar:
         maps = fit_folds(

@@ -14,7 +14,12 @@ from reviewer.export.selection import Labelled, Selection
 from reviewer.export.t0t1 import export_t0t1
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
+from reviewer.synthesis.bank import Bank
+from reviewer.synthesis.settings import SynthesisSettings
+from reviewer.synthesis.shelf import Shelf
 from reviewer.training.labelled import LabelledData, LabelledFiles
+from reviewer.training.selection import data_record
+from reviewer.training.stream import SyntheticData
 
 EVERY = 8
 """One reference image of so many is held out of training, to choose the checkpoint by."""
@@ -64,8 +69,24 @@ def _files(pair: Pair, folder: Path, hashes: Mapping[str, str]) -> LabelledFiles
     return LabelledFiles(pair.title, by_kind["t0"], by_kind["t1"], by_kind["mask"], digest)
 
 
+@dataclass(frozen=True, slots=True)
+class Pasting:
+    """Synthetic pairs that are mixed into a fold: objects pasted on its own reference images.
+
+    Attributes:
+        share: of all pairs that the net is shown, in [0, 1).
+    """
+
+    bank: Bank
+    settings: SynthesisSettings
+    share: float
+
+
 def fold_data(
-    folds: Sequence[Fold], files: Mapping[int, LabelledFiles], record: Mapping[str, str]
+    folds: Sequence[Fold],
+    files: Mapping[int, LabelledFiles],
+    record: Mapping[str, str],
+    pasting: Pasting | None = None,
 ) -> list[FoldData]:
     """Return what each fold is fitted to.
 
@@ -88,9 +109,18 @@ def fold_data(
             [files[pair.id] for pair in training],
             [files[pair.id] for pair in validation],
             {**record, "fold": fold.name},
+            synthetic=_synthetic(training, pasting) if pasting else None,
+            share=pasting.share if pasting else 0.0,
         )
         made.append(FoldData(fold, data))
     return made
+
+
+def _synthetic(pairs: Sequence[Pair], pasting: Pasting) -> SyntheticData:
+    references = list({pair.reference.sha256: pair.reference for pair in pairs}.values())
+    record = data_record(references, pasting.bank, pasting.settings)
+    shelf = Shelf([image.path for image in references])
+    return SyntheticData(shelf, pasting.bank, pasting.settings, record)
 
 
 def _held_out(fold: Fold) -> tuple[list[Pair], list[Pair]]:

@@ -2,7 +2,7 @@
 
 Squares are cut at random, half of them around a changed pixel, mirrored or not, each picture under
 another light: two drives of one room differ in that, and there are far fewer labelled pairs than
-synthetic ones. Nothing is learnt from ignored pixels.
+synthetic ones, which may be mixed in. Nothing is learnt from ignored pixels.
 """
 
 from __future__ import annotations
@@ -26,9 +26,11 @@ from reviewer.synthesis.pairs import TRAINING, VALIDATION, SyntheticPair, pair_r
 from reviewer.synthesis.settings import SynthesisSettings
 from reviewer.synthesis.shelf import ROOM_BYTES, Shelf
 from reviewer.training.settings import TrainingSettings
-from reviewer.training.stream import CHANGED, IGNORED, NumberedPairs
+from reviewer.training.stream import CHANGED, IGNORED, NumberedPairs, SyntheticData
 
 IGNORE_LEVEL = 255
+MIXING = 7
+"""A stream of random numbers beside those of training and validation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +111,28 @@ def _corner(levels: np.ndarray, side: int, rng: np.random.Generator, title: str)
     return min(max(top, 0), height - side), min(max(left, 0), width - side)
 
 
+class MixedPairs(NumberedPairs):
+    """Pair n: of the second stream for a share of the numbers, else of the first."""
+
+    def __init__(
+        self, first: NumberedPairs, second: NumberedPairs, share: float, *, seed: int
+    ) -> None:
+        """Take two streams; `share` in [0, 1] is the second's."""
+        self.first, self.second, self.share, self.seed = first, second, share, seed
+
+    def _of(self, number: int) -> NumberedPairs:
+        chosen = pair_rng(self.seed, MIXING, number).random() < self.share
+        return self.second if chosen else self.first
+
+    def pair(self, number: int) -> SyntheticPair:
+        """Return a pair as pictures."""
+        return self._of(number).pair(number)
+
+    def __getitem__(self, number: int) -> tuple[Tensor, Tensor]:
+        """Return a pair as tensors."""
+        return self._of(number)[number]
+
+
 @dataclass(frozen=True, slots=True)
 class LabelledData:
     """Labelled pairs to train on and to validate on.
@@ -116,19 +140,27 @@ class LabelledData:
     Attributes:
         training, validation: none is in both.
         record: plain JSON values: the fold, and how it was made.
+        synthetic: pairs that are mixed into the training, a share of `share`.
     """
 
     training: Sequence[LabelledFiles]
     validation: Sequence[LabelledFiles]
     record: Mapping[str, Any]
     kind: str = "labelled"
+    synthetic: SyntheticData | None = None
+    share: float = 0.0
 
     def parts(self) -> dict[str, dict[str, Any]]:
         """Return what a training on this keeps to, as plain JSON values."""
         hashes = [[files.sha256 for files in part] for part in (self.training, self.validation)]
         digest = hashlib.sha256(json.dumps(hashes).encode()).hexdigest()
         counts = {"training": len(self.training), "validation": len(self.validation)}
-        return {"data": {**self.record, **counts, "sha256": digest}}
+        data = {**self.record, **counts, "sha256": digest}
+        if self.synthetic is None:
+            return {"data": data}
+        mixed = self.synthetic.parts()
+        return {"data": {**data, "share": self.share, "synthetic": mixed["data"]["sha256"]},
+                "synthesis": mixed["synthesis"]}  # fmt: skip
 
     def streams(self, settings: TrainingSettings) -> tuple[NumberedPairs, NumberedPairs]:
         """Return squares to train on and to validate on."""
@@ -136,4 +168,7 @@ class LabelledData:
             LabelledPairs(files, side=settings.crop_px, seed=settings.seed, stream=stream)
             for files, stream in ((self.training, TRAINING), (self.validation, VALIDATION))
         )
-        return training, validation
+        if self.synthetic is None:
+            return training, validation
+        pasted, _ = self.synthetic.streams(settings)
+        return MixedPairs(training, pasted, self.share, seed=settings.seed), validation

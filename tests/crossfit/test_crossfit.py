@@ -26,6 +26,7 @@ from reviewer.store.trainings import list_trainings
 TRAIN = (
     "train cdnet --from-ground-truth --name real --width 0.125 --iterations 2 --batch 2 --crop 64"
     " --validate-every 1 --validation-pairs 2 --precision float32 --class-weight 3"
+    " --synthetic-share 0"
 ).split()
 
 
@@ -118,6 +119,6 @@ def test_held_out_pairs_share_no_reference_with_those_trained_on(db, rooms, tmp_
 
 def test_options_of_the_other_kind_of_training_are_refused(db, rooms):
     wrong = invoke(db, "--coco", "x.json")
-    assert wrong.exit_code == 1 and "pastes nothing" in str(wrong.exception)
+    assert wrong.exit_code == 1 and "--synthetic-share 0 shows none" in str(wrong.exception)
     done = CliRunner().invoke(app, ["train", "cdnet", "--by", "split", "--db", str(db.path)])
     assert "--by: belongs to --from-ground-truth" in str(done.exception)

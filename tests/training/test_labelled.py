@@ -9,12 +9,14 @@ from scenes import textured
 from reviewer.errors import InvalidInput
 from reviewer.models.nets.build import build_net
 from reviewer.models.nets.checkpoints import NetRecord, save_checkpoint
+from reviewer.synthesis.bank import Bank, Cutout
 from reviewer.synthesis.pairs import TRAINING, VALIDATION
-from reviewer.training.labelled import LabelledData, LabelledFiles, LabelledPairs
+from reviewer.synthesis.settings import SynthesisSettings
+from reviewer.training.labelled import LabelledData, LabelledFiles, LabelledPairs, MixedPairs
 from reviewer.training.loop import Fit
 from reviewer.training.session import train
 from reviewer.training.settings import TrainingSettings
-from reviewer.training.stream import CHANGED, IGNORED
+from reviewer.training.stream import CHANGED, IGNORED, NumberedPairs, SyntheticData
 
 TINY = TrainingSettings(
     "cdnet", 0.125, iterations=2, batch=2, crop_px=64, validate_every=2, validation_pairs=2,
@@ -93,3 +95,40 @@ def test_a_training_starts_from_a_checkpoint_of_the_same_net(files, tmp_path):
 def test_a_square_larger_than_the_pictures_is_refused(files):
     with pytest.raises(InvalidInput, match=r"pair cs1/\d: a crop of 128 pixels, but it is 160x120"):
         LabelledPairs(files, side=128, seed=0, stream=TRAINING)[0]
+
+
+class Numbers(NumberedPairs):
+    """Says which numbers it was asked for."""
+
+    def __init__(self):
+        self.asked = []
+
+    def __getitem__(self, number):
+        self.asked.append(number)
+        return torch.zeros(1), torch.zeros(1)
+
+
+def test_a_share_of_the_numbers_is_of_the_other_stream_and_always_the_same():
+    first, second = Numbers(), Numbers()
+    mixed = MixedPairs(first, second, 0.25, seed=3)
+    for number in range(400):
+        mixed[number]
+    assert sorted(first.asked + second.asked) == list(range(400))
+    assert 70 < len(second.asked) < 130
+    again = MixedPairs(Numbers(), other := Numbers(), 0.25, seed=3)
+    for number in range(400):
+        again[number]
+    assert other.asked == second.asked
+
+
+def test_synthetic_pairs_are_mixed_into_training_and_not_into_validation(files, tmp_path):
+    cutout = Cutout(np.full((24, 30, 3), 250, np.uint8), np.full((24, 30), 255, np.uint8), "block")
+    bank = Bank((cutout, cutout, cutout, cutout), {}, "blocks")
+    pasted = SyntheticData([textured(0)], bank, SynthesisSettings(), {"sha256": "of-test"})
+    data = LabelledData(files[:1], files[1:], {"fold": "a"}, synthetic=pasted, share=0.5)
+    training, validation = data.streams(TINY)
+    assert isinstance(training, MixedPairs) and isinstance(validation, LabelledPairs)
+    parts = data.parts()
+    assert parts["data"]["synthetic"] == "of-test" and parts["data"]["share"] == 0.5
+    assert parts["synthesis"] == SynthesisSettings().record()
+    assert train(tmp_path / "a", TINY, data).iteration == 2
