@@ -18,7 +18,7 @@ from reviewer.dataset.annotations.coco import read_coco
 from reviewer.dataset.annotations.cvat import read_cvat
 from reviewer.dataset.annotations.label_studio import read_label_studio
 from reviewer.dataset.annotations.labelme import read_labelme
-from reviewer.dataset.annotations.shapes import Annotated
+from reviewer.dataset.annotations.shapes import ILL_POSED, Annotated
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.masks import Mask, Rle, empty_rle, encode_rle
 from reviewer.records import Pair
@@ -61,7 +61,7 @@ def import_masks(
     *,
     splits: Sequence[str] = (),
     change: Sequence[str] = (),
-    ill_posed: str = "ill-posed",
+    ill_posed: str = ILL_POSED,
     replace: bool = False,
     dry_run: bool = False,
 ) -> MaskReport:

@@ -1,7 +1,8 @@
 """COCO instances JSON: one annotation a changed pair, RLE segmentation, category "change".
 
 Pairs without change have an image and no annotation, as COCO has it. `iscrowd` is 0 although the
-segmentation is RLE: the mask is one region of change, not a crowd; pycocotools reads both.
+segmentation is RLE: the mask is one region of change, not a crowd; pycocotools reads both. Pixels
+that are not to be scored are a second annotation with `iscrowd` 1, which is how COCO says that.
 """
 
 from __future__ import annotations
@@ -14,11 +15,27 @@ from typing import Any
 from reviewer import __version__
 from reviewer.errors import Conflict
 from reviewer.export.selection import Labelled
+from reviewer.masks import Rle, read_rle
 
 
 def coco_document(labelled: Sequence[Labelled]) -> dict[str, Any]:
-    """Return the document; ids are the pair ids of the database."""
-    images, annotations = [], []
+    """Return the document; ids of images are the pair ids of the database."""
+    images: list[dict[str, Any]] = []
+    annotations: list[dict[str, Any]] = []
+
+    def annotate(image: int, mask: Rle, *, ill_posed: bool) -> None:
+        annotations.append(
+            {
+                "id": len(annotations) + 1,
+                "image_id": image,
+                "category_id": 1,
+                "segmentation": {"size": [mask.height, mask.width], "counts": mask.counts},
+                "area": mask.area,
+                "bbox": list(mask.box_xywh),
+                "iscrowd": int(ill_posed),
+            }
+        )
+
     for item in labelled:
         pair, mask = item.pair, item.mask
         images.append(
@@ -35,17 +52,10 @@ def coco_document(labelled: Sequence[Labelled]) -> dict[str, Any]:
             }
         )
         if mask.area:
-            annotations.append(
-                {
-                    "id": pair.id,
-                    "image_id": pair.id,
-                    "category_id": 1,
-                    "segmentation": {"size": [mask.height, mask.width], "counts": mask.counts},
-                    "area": mask.area,
-                    "bbox": list(mask.box_xywh),
-                    "iscrowd": 0,
-                }
-            )
+            annotate(pair.id, mask, ill_posed=False)
+        if item.ignore_rle is not None:
+            ignored = read_rle(mask.height, mask.width, item.ignore_rle)
+            annotate(pair.id, ignored, ill_posed=True)
     return {
         "info": {"description": "change-detection ground truth", "reviewer": __version__},
         "categories": [{"id": 1, "name": "change", "supercategory": "change"}],

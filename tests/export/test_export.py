@@ -70,6 +70,17 @@ def test_coco_reads_back_with_pycocotools(db, tiny_split, tmp_path, capsys):
         assert tuple(annotation["bbox"]) == truth.box_xywh
 
 
+def test_ill_posed_pixels_are_a_crowd_in_coco(db, tiny_split, tmp_path, capsys):
+    pair = tiny_split[0]
+    mask = newest_revision(db, pair.id).mask
+    commit_mask(db, pair.id, annotator_id(db, "Ada"), MaskEdit(mask, 1, ignore=mask))
+    export_coco(select_labelled(db, ALL)[0], tmp_path / "coco.json")
+    coco = COCO(tmp_path / "coco.json")
+    change, crowd = (coco.loadAnns(coco.getAnnIds(imgIds=[pair.id], iscrowd=k)) for k in (0, 1))
+    assert len(change) == len(crowd) == 1 and crowd[0]["id"] != change[0]["id"]
+    assert (coco.annToMask(crowd[0]).astype(bool) == decode_rle(mask)).all()
+
+
 def test_nothing_is_overwritten(db, tiny_split, tmp_path):
     labelled, _ = select_labelled(db, ALL)
     export_png(labelled, tmp_path / "out", ALL)

@@ -1,4 +1,4 @@
-"""COCO instances JSON: polygons and run-lengths, compressed or not."""
+"""COCO instances JSON: polygons and run-lengths, compressed or not; crowds are ill-posed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from pycocotools import mask as coco
 
-from reviewer.dataset.annotations.shapes import Annotated
+from reviewer.dataset.annotations.shapes import ILL_POSED, Annotated
 from reviewer.errors import InvalidInput
 from reviewer.masks import decode_rle, read_rle
 
@@ -35,7 +35,8 @@ def read_coco(path: Path) -> list[Annotated]:
         for entry in document["annotations"]:
             image = found[entry["image_id"]]
             image.place = f"{path}, annotation {entry.get('id')}"
-            _paint(image, names[entry["category_id"]], entry.get("segmentation"))
+            label = ILL_POSED if entry.get("iscrowd") else names[entry["category_id"]]
+            _paint(image, label, entry.get("segmentation"))
     except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError) as error:
         raise InvalidInput(f"{path}: not a COCO instances file, {error!r}") from error
     return list(found.values())

@@ -13,6 +13,8 @@ from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
 
 Point = Sequence[float]
+ILL_POSED = "ill-posed"
+"""Label of pixels that are not to be scored, unless another one is named."""
 
 
 @dataclass(slots=True)
