@@ -15,7 +15,7 @@ from reviewer.errors import ReviewerError
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.protocols import Empty, Group, Kind, Protocol, protocol_lines
 from reviewer.evaluation.report import report_page
-from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line, table_a_rows
+from reviewer.evaluation.tables import MEAN, short_row, table_a_rows
 from reviewer.store.scores import pair_scores
 
 KINDS: dict[str, Kind] = {
@@ -73,7 +73,7 @@ class ScoresPanel:
             _line("<b>Mean F</b>")
             + _table(table_a_rows(lines))
             + _line(f"<b>{html.escape(run.name)}</b>; {ignored:,} ill-posed pixels are left out")
-            + _table([_row(line) for line in own])
+            + _table([short_row(line, self._group.value) for line in own])
         )
 
     def _download(self) -> None:
@@ -85,11 +85,6 @@ class ScoresPanel:
             self._client.add_notification("No report", str(error), color="red")
         finally:
             self._report.label = "Report as one HTML page"
-
-
-def _row(line: Line) -> dict[str, Any]:
-    scores = {"P": line.precision, "R": line.recall, "F": line.f_score}
-    return {"": line.split, "method": METHOD_TITLE[line.method], "pairs": line.pairs, **scores}
 
 
 def _table(rows: list[dict[str, Any]]) -> str:

@@ -291,7 +291,7 @@ def print_scores(
 ) -> list[Line]:
     from reviewer.evaluation.counting import refresh_counts
     from reviewer.evaluation.protocols import Protocol, protocol_lines
-    from reviewer.evaluation.tables import METHOD_TITLE, format_lines, format_rows, table_a_rows
+    from reviewer.evaluation.tables import format_lines, format_rows, short_row, table_a_rows
     from reviewer.store.runs import run_of_name
     from reviewer.store.scores import pair_scores
 
@@ -310,18 +310,7 @@ def print_scores(
     if form != "table":
         typer.echo(format_lines(lines, form))
         return lines
-    cells = [
-        {
-            "run": line.run,
-            "method": METHOD_TITLE[line.method],
-            chosen.group: line.split,
-            "pairs": line.pairs,
-            "P": line.precision,
-            "R": line.recall,
-            "F": line.f_score,
-        }
-        for line in lines
-    ]
+    cells = [short_row(line, chosen.group) for line in lines]
     mean = f"mean over {chosen.weight}"
     print_table(cells, title=f"{chosen.kind} by {chosen.group}, {mean}", sections="mean")
     return lines

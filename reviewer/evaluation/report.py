@@ -22,7 +22,7 @@ from reviewer.evaluation.rows_figure import draw_rows, telling_pairs
 from reviewer.evaluation.rules import rule_of_run, vary_rule
 from reviewer.evaluation.shapes import shape_rows
 from reviewer.evaluation.split_figure import draw_splits
-from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line, table_a_rows
+from reviewer.evaluation.tables import MEAN, Line, short_row, table_a_rows
 from reviewer.records import Run
 from reviewer.store.audited import audit_rows
 from reviewer.store.database import Store
@@ -216,19 +216,7 @@ def _picture(draw: Callable[[IO[bytes]], None], title: str) -> str:
 
 
 def _lines_table(lines: Sequence[Line]) -> str:
-    rows = [
-        {
-            "run": line.run,
-            "method": METHOD_TITLE[line.method],
-            "split": line.split,
-            "pairs": line.pairs,
-            "P": line.precision,
-            "R": line.recall,
-            "F": line.f_score,
-        }
-        for line in lines
-    ]
-    return _table(rows, strong="split")
+    return _table([short_row(line) for line in lines], strong="split")
 
 
 def _table(rows: Sequence[Mapping[str, Any]], strong: str = "") -> str:

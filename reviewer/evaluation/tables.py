@@ -161,6 +161,19 @@ def _escaped(text: str) -> str:
     return re.sub(r"([&%$#_{}])", r"\\\1", text)
 
 
+def short_row(line: Line, group: str = "split") -> dict[str, str | int | float]:
+    """Return what a reader looks at: run, method, group, pairs, P, R, F."""
+    return {
+        "run": line.run,
+        "method": METHOD_TITLE[line.method],
+        group: line.split,
+        "pairs": line.pairs,
+        "P": line.precision,
+        "R": line.recall,
+        "F": line.f_score,
+    }
+
+
 _COLUMNS = ("run", "method", "split", "pairs", "precision", "recall", "f_score",
             "tp", "fp", "fn", "tn", "ignored")  # fmt: skip
 

@@ -1,0 +1,46 @@
+"""The audit over HTTP: walks, verdicts with reasons, second opinions, the list of reasons."""
+
+from reviewer.editing.verdicts import give_verdict
+from reviewer.store.reasons import list_reasons
+from reviewer.store.reviews import annotator_id
+
+
+def walk(client, **query):
+    return client.get("/api/audit-queue", params=query).json()
+
+
+def test_a_walk_by_loss_says_what_flipping_gains(client, run):
+    found = walk(client, order="loss")
+    gains = [stop["gain_px"] for stop in found]
+    assert all(gain is not None for gain in gains) and gains == sorted(gains, reverse=True)
+    assert client.get("/api/audit-queue", params={"order": "mood"}).status_code == 422
+    assert client.get("/api/audit-queue", params={"opinion": "third"}).status_code == 422
+
+
+def test_a_second_opinion_is_asked_for_what_others_judged(client, db, run):
+    region = walk(client)[0]["region"]
+    assert walk(client, opinion="second") == []
+    give_verdict(db, region, annotator_id(db, "Bob"), "reject")
+    (stop,) = walk(client, opinion="second", order="disagreement")
+    assert stop["region"] == region and stop["opposed"]
+    client.post(f"/api/regions/{region}/audit", json={"verdict": "agree"})
+    assert walk(client, opinion="second") == []
+
+
+def test_a_verdict_keeps_its_reason_and_comment(client, run):
+    region = walk(client)[0]["region"]
+    said = {"verdict": "keep", "reason": "bad alignment", "comment": "the shelf moved"}
+    pair = client.post(f"/api/regions/{region}/audit", json=said).json()
+    (judged,) = [r for r in pair["regions"] if r["id"] == region]
+    assert (judged["verdict_reason"], judged["comment"]) == ("bad alignment", "the shelf moved")
+    long = {"verdict": "keep", "reason": "x" * 81}
+    assert client.post(f"/api/regions/{region}/audit", json=long).status_code == 422
+
+
+def test_the_list_of_reasons_is_read_and_replaced(client, db, run):
+    assert client.get("/api/reasons").json()["reasons"] == list_reasons(db)
+    done = client.put("/api/reasons", json={"reasons": [" too  dark", "glass"]})
+    assert done.json() == {"reasons": ["too dark", "glass"]}
+    twice = client.put("/api/reasons", json={"reasons": ["a", "a"]})
+    assert twice.status_code == 422 and "line 2: 'a' is there twice" in twice.json()["detail"]
+    assert list_reasons(db) == ["too dark", "glass"]
