@@ -108,6 +108,12 @@ def test_a_database_from_before_keys_keeps_what_its_runs_made(tmp_path):
     )
     old.execute("INSERT INTO searches VALUES (1, 1, 0.3)")
     old.execute("INSERT INTO failures VALUES (1, 1, 'search', 'what went wrong', 'now')")
+    old.execute(
+        "INSERT INTO regions VALUES (1, 1, 1, 0, '[]', '[]', 0, 1, 0, 1, 'keep', 1, 'x',"
+        " 0, 0, 1, 1)"
+    )
+    old.execute("INSERT INTO annotators VALUES (1, 'Ada', 'now')")
+    old.execute("INSERT INTO audits VALUES (1, 1, 1, 'reject', 'a shadow', 'then')")
     old.conn.commit()
     for migration in migrations._migrations[3:]:
         migration.fn(old)
@@ -131,6 +137,12 @@ def test_a_database_from_before_keys_keeps_what_its_runs_made(tmp_path):
         "what went wrong"
     ]
     assert [row["threshold"] for row in old.query("SELECT * FROM detections")] == [0.5]
+    (audit,) = old.query("SELECT * FROM doi_decisions")
+    assert (audit["verdict"], audit["verdict_reason"], audit["comment"], audit["audited_at"]) == (
+        "reject", "", "a shadow", "then",
+    )  # fmt: skip
+    with pytest.raises(sqlite3.IntegrityError, match="append-only"):
+        old.execute("DELETE FROM audits")
     old.conn.close()
 
 
