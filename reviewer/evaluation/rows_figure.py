@@ -1,4 +1,7 @@
-"""Rows of reference, live, ground truth and each method's mask: the paper's figure F."""
+"""Rows of reference, live, ground truth and each method's mask: the paper's figure F.
+
+Changes are small, so the masks are shown enlarged: a frame in the live picture says which part.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
@@ -14,7 +18,7 @@ from matplotlib.patches import Patch
 from reviewer.dataset.files import read_rgb
 from reviewer.errors import NotFound
 from reviewer.evaluation.tables import METHOD_TITLE
-from reviewer.masks import Mask, decode_rle
+from reviewer.masks import Mask, crop_to_box, decode_rle, union
 from reviewer.metrics import f_score
 from reviewer.records import Method, Pair, Run
 from reviewer.store.database import Store
@@ -28,6 +32,8 @@ Image = npt.NDArray[np.uint8]
 RIGHT, WRONG, MISSED, IGNORED = (38, 190, 180), (240, 96, 60), (86, 150, 255), (120, 100, 140)
 """Colours of changed and found, found but unchanged, changed but not found, not scored."""
 CELL = 2.0
+LEAST_SHARE, MARGIN = 0.22, 0.2
+"""Of the picture that is shown enlarged, and around the changes."""
 
 
 def telling_pairs(store: Store, run: Run, count: int) -> list[str]:
@@ -115,21 +121,47 @@ def _cells(
     if revision is None:
         raise NotFound(f"figure F: pair {pair.title} has no ground truth")
     live, truth, ignore = read_rgb(pair.live.path), decode_rle(revision.mask), revision.ignore()
+    found = {
+        (run.name, method): decode_rle(rle)
+        for run in runs
+        for method in methods
+        if (rle := load_prediction(store, run.id, pair.id, method)) is not None
+    }
+    rows, columns = telling_window(truth, list(found.values()))
+    framed = live.copy()
+    corners = (columns.start, rows.start), (columns.stop - 1, rows.stop - 1)
+    cv2.rectangle(framed, *corners, (255, 214, 64), 4)
     cells: list[tuple[Image | None, str]] = [
         (read_rgb(pair.reference.path), ""),
-        (live, ""),
-        (overlaid(live, truth, truth, ignore), ""),
+        (framed, ""),
+        (overlaid(live, truth, truth, ignore)[rows, columns], ""),
     ]
     for run in runs:
         for method in methods:
-            found = load_prediction(store, run.id, pair.id, method)
-            if found is None:
+            mask = found.get((run.name, method))
+            if mask is None:
                 cells.append((None, ""))
                 continue
             score = scores[run.name, method].get(pair.title)
             note = "rightly empty" if score is None else f"F {score:.2f}"
-            cells.append((overlaid(live, decode_rle(found), truth, ignore), note))
+            cells.append((overlaid(live, mask, truth, ignore)[rows, columns], note))
     return cells
+
+
+def telling_window(truth: Mask, found: Sequence[Mask]) -> tuple[slice, slice]:
+    """Return rows and columns around the changes (around what was found, where nothing changed), of
+    the picture's own proportions; the whole picture where there is nothing to look at."""
+    height, width = truth.shape
+    around = crop_to_box(truth) or crop_to_box(union(found, height, width))
+    if around is None:
+        return slice(0, height), slice(0, width)
+    x0, y0, x1, y1 = around.box_xyxy
+    share = max((x1 - x0) / width, (y1 - y0) / height) * (1 + 2 * MARGIN)
+    share = min(max(share, LEAST_SHARE), 1.0)
+    across, down = round(share * width), round(share * height)
+    left = min(max((x0 + x1 - across) // 2, 0), width - across)
+    top = min(max((y0 + y1 - down) // 2, 0), height - down)
+    return slice(top, top + down), slice(left, left + across)
 
 
 def overlaid(live: Image, found: Mask, truth: Mask, ignore: Mask | None) -> Image:

@@ -22,6 +22,7 @@ from reviewer.evaluation.rows_figure import (
     draw_rows,
     overlaid,
     telling_pairs,
+    telling_window,
 )
 from reviewer.masks import encode_rle
 from reviewer.store.regions import load_regions
@@ -38,6 +39,19 @@ def test_pixels_are_coloured_by_what_became_of_them():
         assert np.abs(picture[row, 10].astype(int) - colour).max() < 40
     assert np.abs(picture[18, 1].astype(int) - IGNORED).max() < 40
     assert len(set(picture[18, 10].tolist())) == 1, "what is right and empty stays grey"
+
+
+def test_the_window_lies_around_the_changes_and_keeps_the_proportions():
+    truth, found, nothing = (np.zeros((480, 640), bool) for _ in range(3))
+    truth[400:410, 600:630], found[10:20, 10:20] = True, True
+    rows, columns = telling_window(truth, [found])
+    assert (rows.stop - rows.start, columns.stop - columns.start) == (106, 141)
+    assert columns.stop == 640 and rows.start < 400 and rows.stop > 410
+    rows, columns = telling_window(nothing, [found])
+    assert (rows.start, columns.start) == (0, 0) and rows.stop == 106
+    assert telling_window(nothing, [nothing]) == (slice(0, 480), slice(0, 640))
+    truth[0, 0] = True
+    assert telling_window(truth, []) == (slice(0, 480), slice(0, 640))
 
 
 def test_telling_pairs_are_gains_then_losses_and_never_the_rightly_empty(db, run):
