@@ -78,6 +78,7 @@ def audit(page: Page, frame: Frame) -> None:
     frame.select_option("#mode", "audit")
     frame.select_option("#walkOrder", "loss")
     expect(frame.locator("#walk")).to_contain_text("flipping gains")
+    frame.locator("#title").click()
     page.wait_for_timeout(1000)
     page.keyboard.press("7")
     shoot(page, "audit.jpg")
