@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -165,12 +165,14 @@ def train(
         _refuse(labelled, "belongs to --from-ground-truth, which is not given")
     pasting = read_synthesis(synthesis)
     with open_store(db) as store:
+
+        def bank() -> Bank:
+            return open_bank(store, coco, images, category, least_area, seed)
+
         if from_ground_truth:
-            bank = open_bank(store, coco, images, category, least_area, seed) if share else None
             folding = Folding(by or "workspace", parts or 5, warped_by, tuple(state or ()))
             _train_on_truth(store, order, folding, bank, pasting, share)
         else:
-            bank = open_bank(store, coco, images, category, least_area, seed)
             _train_on_synthesis(store, order, train_on, bank, pasting)
 
 
@@ -206,7 +208,11 @@ def _refuse(given: Mapping[str, object], why: str) -> None:
 
 
 def _train_on_synthesis(
-    store: Store, order: Order, train_on: TrainOnName, bank: Bank, pasting: SynthesisSettings
+    store: Store,
+    order: Order,
+    train_on: TrainOnName,
+    open_objects: Callable[[], Bank],
+    pasting: SynthesisSettings,
 ) -> None:
     from reviewer.synthesis.shelf import Shelf
     from reviewer.training.selection import data_record, select_references
@@ -215,6 +221,7 @@ def _train_on_synthesis(
 
     settings, folder = order.settings, order.folder(store)
     references = select_references(store, order.splits, train_on)
+    bank = open_objects()
     record = {
         **data_record(references, bank, pasting),
         "splits": sorted(order.splits),
@@ -243,7 +250,7 @@ def _train_on_truth(
     store: Store,
     order: Order,
     folding: Folding,
-    bank: Bank | None,
+    open_objects: Callable[[], Bank],
     synthesis: SynthesisSettings,
     share: float,
 ) -> None:
@@ -264,7 +271,7 @@ def _train_on_truth(
     labelled, without = select_labelled(store, selection)
     folds = make_folds(store, [item.pair for item in labelled], folding.by, folding.parts)
     files = write_truth(store, labelled, folder / "truth", selection, warper)
-    pasting = Pasting(bank, synthesis, share) if bank else None
+    pasting = Pasting(open_objects(), synthesis, share) if share else None
     folded = fold_data(folds, files, {"by": folding.by, "warped_by": warper.name}, pasting)
     typer.echo(
         f"{len(labelled)} pairs with ground truth ({len(without)} without), warped by"
