@@ -69,6 +69,10 @@ def import_masks(
     ill_posed: Annotated[
         str, typer.Option(help="Label of pixels that are not to be scored.")
     ] = "ill-posed",
+    empty: Annotated[
+        bool,
+        typer.Option("--empty", help="An image without any shape means that nothing changed."),
+    ] = False,
     replace: Annotated[
         bool, typer.Option("--replace", help="Also above ground truth that is there.")
     ] = False,
@@ -87,19 +91,23 @@ def import_masks(
             splits=split or [],
             change=label or [],
             ill_posed=ill_posed,
+            empty=empty,
             replace=replace,
             dry_run=dry_run,
         )
     for name, reading in report.labels.items():
         typer.echo(f"label {name!r}: {reading}")
     for name in report.strangers:
-        typer.echo(f"skipped {name}: no live image of that name here")
+        typer.echo(f"skipped {name}: no live image of that name here (--split believes its folder)")
+    for name in report.empty:
+        typer.echo(f"skipped {name}: no shape in it is a mask (--empty: without any = unchanged)")
     for kind, number in sorted(report.left_out.items()):
         typer.echo(f"left out: {number} shapes of kind {kind}")
-    written, empty = len(report.written), sum(area == 0 for _, area in report.written)
+    written, zeros = len(report.written), sum(area == 0 for _, area in report.written)
+    skipped = len(report.strangers) + len(report.empty)
     typer.echo(
-        f"{written} masks {'would be ' if dry_run else ''}imported ({empty} of them empty),"
-        f" {report.unchanged} are there already, {len(report.strangers)} images skipped"
+        f"{written} masks {'would be ' if dry_run else ''}imported ({zeros} of them empty),"
+        f" {report.unchanged} are there already, {skipped} images skipped"
     )
 
 

@@ -80,6 +80,8 @@ def import_split(
     Raises:
         InvalidInput: for any bad file; the message names it, and nothing of the split is stored.
     """
+    if not name or name in (".", "..") or set(name) & set("/\\:\0"):
+        raise InvalidInput(f"split {name!r}: a name has no slash, colon or dots alone; use --split")
     if name in {split.name for split in list_splits(store)}:
         return ImportReport(name, 0, (), "", already_there=True)
     files = read_layout(place, settings.layout)
@@ -182,7 +184,9 @@ def _polarity(masks: Sequence[Path], settings: ImportSettings) -> tuple[bool, st
         "changesim": "not black = changed",
         "pscd": "above 0 = changed",
     }
-    if settings.layout in known:
+    if settings.layout in ("vl-cmu-cd", "changesim") and wanted != "auto":
+        raise InvalidInput(f"polarity {wanted}: masks of layout {settings.layout} have their own")
+    if settings.layout in known and wanted == "auto":
         return False, f"{known[settings.layout]} (layout {settings.layout})"
     if wanted != "auto":
         return wanted == "black", f"{wanted} = changed (as told)"

@@ -97,7 +97,9 @@ def read_layout(place: Path, layout: Layout) -> LayoutFiles:
     """
     only = None
     if place.is_file():
-        only = {Path(line.split()[0]).stem for line in place.read_text().splitlines() if line}
+        only = {
+            Path(line.split()[0]).stem for line in place.read_text().splitlines() if line.strip()
+        }
         place = place.parent.parent
     names = names_in(place, layout)
     if names is None:

@@ -1,7 +1,9 @@
 """Bring masks of another annotation tool to pairs that are here: all of them, or none.
 
-An image of the tool is a live image here when its file has that name; where several have, a folder
-of the tool's path must name the split.
+An image of the tool is a live image here when its file has that name, and a folder of its path, if
+it has any, is the split's or the live image's own. A path from elsewhere is believed only inside a
+split that the user names. An image without any shape says nothing, unless the user says that it
+means "nothing changed".
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.masks import Mask, Rle, empty_rle, encode_rle
 from reviewer.records import Pair
 from reviewer.store.database import Store
-from reviewer.store.pairs import list_pairs
+from reviewer.store.pairs import list_pairs, list_splits
 from reviewer.store.revisions import NewRevision, add_revisions, newest_revisions
 
 Tool = Literal["coco", "labelme", "cvat", "label-studio"]
@@ -35,6 +37,9 @@ READERS: dict[Tool, Callable[[Path], list[Annotated]]] = {
 }
 
 
+LEFT_OUT = "left out"
+
+
 @dataclass(frozen=True, slots=True)
 class MaskReport:
     """What became of a tool's file.
@@ -43,6 +48,7 @@ class MaskReport:
         written: pairs that got a mask (or would), with its changed pixels.
         unchanged: pairs whose newest mask is that already.
         strangers: images that no pair here has.
+        empty: images without a shape that means anything here; written only with `empty`.
         labels: shapes' labels with how they were read: "change", "ill-posed" or "left out".
         left_out: shapes that are no areas, by kind.
     """
@@ -50,6 +56,7 @@ class MaskReport:
     written: tuple[tuple[str, int], ...]
     unchanged: int
     strangers: tuple[str, ...]
+    empty: tuple[str, ...]
     labels: Mapping[str, str]
     left_out: Mapping[str, int]
 
@@ -62,6 +69,7 @@ def import_masks(
     splits: Sequence[str] = (),
     change: Sequence[str] = (),
     ill_posed: str = ILL_POSED,
+    empty: bool = False,
     replace: bool = False,
     dry_run: bool = False,
 ) -> MaskReport:
@@ -71,11 +79,13 @@ def import_masks(
         splits: only pairs of these.
         change: labels that mean "changed"; all but `ill_posed` when empty.
         ill_posed: label of pixels that are not to be scored.
+        empty: an image without any shape means that nothing has changed.
         replace: also where there is ground truth already, whose revisions stay in the history.
         dry_run: read and check everything, write nothing.
 
     Raises:
-        InvalidInput: for a malformed file, or an image that fits several pairs, or another size.
+        InvalidInput: for a malformed file, an image that fits several pairs, another size, or a
+            label that the file does not have.
         NotFound: when the file does not exist, or none of its images is here.
         Conflict: when a pair has another ground truth and `replace` is not said.
     """
@@ -84,21 +94,33 @@ def import_masks(
     pairs = list_pairs(store, splits)
     images = READERS[tool](path)
     labels = sorted({label for image in images for label in image.layers})
+    for label in change:
+        if label not in labels:
+            there = ", ".join(map(repr, labels)) or "none"
+            raise InvalidInput(f"{path}: has no label {label!r}; there are {there}")
     reading = {label: _reading(label, change, ill_posed) for label in labels}
+    named = {split.name for split in list_splits(store)}
     wanted: dict[int, tuple[Pair, Rle, Rle | None]] = {}
-    strangers, left_out = [], Counter[str]()
+    strangers, blank, left_out = [], [], Counter[str]()
     for image in images:
         left_out.update(image.left_out)
-        pair = _pair_of(image, pairs)
+        pair = _pair_of(image, pairs, named, narrowed=bool(splits))
         if pair is None:
             strangers.append(image.name)
+            continue
+        _check_size(image, pair)
+        shapeless = not image.layers and not image.left_out
+        if not any(reading[label] != LEFT_OUT for label in image.layers) and not (
+            shapeless and empty
+        ):
+            blank.append(image.name)
             continue
         if pair.id in wanted:
             raise InvalidInput(
                 f"{image.place}: pair {pair.title} has a mask from this file already"
             )
-        wanted[pair.id] = pair, *_masks(image, pair, reading)
-    if not wanted:
+        wanted[pair.id] = pair, *_masks(image, reading)
+    if not wanted and not blank:
         some = f", such as {strangers[0]}," if strangers else ""
         raise NotFound(f"{path}: none of its {len(images)} images{some} is a live image here")
     newest = newest_revisions(store)
@@ -120,37 +142,49 @@ def import_masks(
         written.append((pair.title, mask.area))
     if not dry_run:
         add_revisions(store, revisions)
-    return MaskReport(tuple(written), unchanged, tuple(strangers), reading, left_out)
+    return MaskReport(tuple(written), unchanged, tuple(strangers), tuple(blank), reading, left_out)
 
 
 def _reading(label: str, change: Sequence[str], ill_posed: str) -> str:
     if label == ill_posed:
         return "ill-posed"
-    return "change" if not change or label in change else "left out"
+    return "change" if not change or label in change else LEFT_OUT
 
 
-def _pair_of(image: Annotated, pairs: Sequence[Pair]) -> Pair | None:
+def _pair_of(
+    image: Annotated, pairs: Sequence[Pair], splits: set[str], *, narrowed: bool
+) -> Pair | None:
+    """Return the pair whose live image this is.
+
+    Args:
+        splits: names of all splits; a path that names one is of that one.
+        narrowed: the user named splits, so a path from elsewhere is believed.
+    """
     path = PurePosixPath(image.name)
-    named = [p for p in pairs if path.stem in (p.name, p.live.path.stem)]
-    if len(named) > 1:
-        inside = [p for p in named if p.split in path.parts[:-1]]
-        if len(inside) != 1:
-            titles = ", ".join(p.title for p in (inside or named)[:4])
-            raise InvalidInput(
-                f"{image.place}: {image.name} may be {titles}; narrow it with --split, or name the"
-                " split as a folder of the image's path"
-            )
-        named = inside
-    return named[0] if named else None
+    folders = [part for part in path.parts[:-1] if part not in ("/", ".", "..")]
+    found = [p for p in pairs if path.stem in (p.name, p.live.path.stem)]
+    if splits.intersection(folders):
+        found = [p for p in found if p.split in folders]
+    elif folders and not narrowed:
+        found = [p for p in found if set(p.live.path.parts[:-1]).intersection(folders)]
+    if len(found) > 1:
+        titles = ", ".join(p.title for p in found[:4])
+        raise InvalidInput(
+            f"{image.place}: {image.name} may be {titles}; narrow it with --split, or name the"
+            " split as a folder of the image's path"
+        )
+    return found[0] if found else None
 
 
-def _masks(image: Annotated, pair: Pair, reading: Mapping[str, str]) -> tuple[Rle, Rle | None]:
+def _check_size(image: Annotated, pair: Pair) -> None:
     if (image.height, image.width) != (pair.live.height, pair.live.width):
         raise InvalidInput(
             f"{image.place}: is {image.width}x{image.height}, but the live image of pair"
             f" {pair.title} is {pair.live.width}x{pair.live.height}"
         )
 
+
+def _masks(image: Annotated, reading: Mapping[str, str]) -> tuple[Rle, Rle | None]:
     def union(kind: str) -> Mask:
         whole = np.zeros((image.height, image.width), np.bool_)
         for label, layer in image.layers.items():

@@ -144,3 +144,22 @@ def test_a_dry_run_says_what_would_happen_and_writes_nothing(levir, tmp_path, mo
     runner.invoke(app, command, catch_exceptions=False)
     again = runner.invoke(app, [*command, "--dry-run"], catch_exceptions=False)
     assert again.output.count("is in the database already") == 2
+
+
+def test_a_told_polarity_is_kept_to_or_refused(db, tmp_path):
+    for name in ("t0", "t1"):
+        picture(tmp_path / "pscd" / name / "a.png", textured(1))
+    picture(tmp_path / "pscd" / "mask_t1" / "a.png", ~CHANGED * np.uint8(255))
+    bring_in(db, tmp_path / "pscd", "pscd", polarity="black")
+    assert (only_mask(db)[1] == CHANGED).all()
+    place = tmp_path / "Seq_0"
+    picture(place / "rgb" / "12.png", textured(1))
+    picture(place / "t0" / "rgb" / "12.png", textured(2))
+    with pytest.raises(InvalidInput, match="polarity black: masks of layout changesim have their"):
+        bring_in(db, tmp_path, "changesim", polarity="black")
+
+
+@pytest.mark.parametrize("name", ["../evil", "a/b", "..", "c:x"])
+def test_a_split_whose_name_leads_elsewhere_is_refused(db, levir, name):
+    with pytest.raises(InvalidInput, match="a name has no slash"):
+        import_split(db, name, levir, ImportSettings(layout="t0t1"), lambda *_: None)

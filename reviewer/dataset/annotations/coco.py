@@ -51,6 +51,11 @@ def _paint(image: Annotated, label: str, segmentation: Any) -> None:
             image.polygon(label, np.reshape(polygon, (-1, 2)).tolist())
         return
     height, width = segmentation["size"]
+    if (height, width) != (image.height, image.width):
+        raise InvalidInput(
+            f"{image.place}: its run-lengths are of {width}x{height}, but the image is"
+            f" {image.width}x{image.height}"
+        )
     counts = segmentation["counts"]
     if isinstance(counts, list):
         counts = coco.frPyObjects(segmentation, height, width)["counts"].decode("ascii")

@@ -9,6 +9,7 @@ The mask is where alpha is not 0. Other shapes are in percent of the image.
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +60,8 @@ def _name(data: dict[str, Any], place: str) -> str:
     if not texts:
         raise InvalidInput(f"{place}: its data name no image")
     # "/data/local-files/?d=sets/cs1/0001.png", "/data/upload/1/1a2b3c4d-0001.png", "s3://.."
-    return texts[0].partition("?d=")[2] or texts[0]
+    uploaded = re.fullmatch(r".*/upload/(?:.*/)?[0-9a-f]{8}-([^/]+)", texts[0])
+    return uploaded[1] if uploaded else texts[0].partition("?d=")[2] or texts[0]
 
 
 def _paint(image: Annotated, result: dict[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -13,6 +14,7 @@ from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
 
 Point = Sequence[float]
+FARTHEST_PX = 100_000
 ILL_POSED = "ill-posed"
 """Label of pixels that are not to be scored, unless another one is named."""
 
@@ -65,11 +67,15 @@ class Annotated:
         if len(points) < 3:
             raise InvalidInput(f"{self.place}: a polygon has three corners, not {len(points)}")
         flat = [float(value) for point in points for value in point]
+        if not all(math.isfinite(value) and abs(value) < FARTHEST_PX for value in flat):
+            raise InvalidInput(f"{self.place}: a polygon's corner lies nowhere near the image")
         runs = coco.frPyObjects([flat], self.height, self.width)
         self.paint(label, coco.decode(runs)[..., 0].astype(np.bool_))
 
     def box(self, label: str, x0: float, y0: float, x1: float, y1: float) -> None:
         """Add a box, in pixels."""
+        if not all(math.isfinite(value) for value in (x0, y0, x1, y1)):
+            raise InvalidInput(f"{self.place}: a box's corner is not a number")
         left, top = (max(0, round(min(v))) for v in ((x0, x1), (y0, y1)))
         right = min(self.width, round(max(x0, x1)))
         bottom = min(self.height, round(max(y0, y1)))
@@ -78,7 +84,7 @@ class Annotated:
 
     def ellipse(self, label: str, x: float, y: float, rx: float, ry: float) -> None:
         """Add an ellipse around (x, y), in pixels."""
-        if rx <= 0 or ry <= 0:
+        if not (rx > 0 and ry > 0 and math.isfinite(x + y + rx + ry)):
             raise InvalidInput(f"{self.place}: an ellipse has radii above 0, not {rx} and {ry}")
         rows, columns = np.ogrid[: self.height, : self.width]
         inside = ((columns + 0.5 - x) / rx) ** 2 + ((rows + 0.5 - y) / ry) ** 2 <= 1

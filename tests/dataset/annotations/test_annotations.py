@@ -18,7 +18,7 @@ from reviewer.editing.commit import MaskEdit, commit_mask
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.export.formats import Options, export_as
 from reviewer.export.selection import Selection, select_labelled
-from reviewer.masks import decode_rle, empty_rle, encode_rle
+from reviewer.masks import decode_rle, encode_rle
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.reviews import annotator_id
@@ -53,7 +53,7 @@ def test_what_is_exported_comes_back_the_same(db, tiny_split, bare, tmp_path, fo
     commit_mask(db, pair.id, annotator_id(db, "Ada"), edit)
     labelled, _ = select_labelled(db, ALL)
     export_as(db, form, labelled, tmp_path / "out", ALL, Options())
-    report = import_masks(bare, tool, tmp_path / "out" / inside)
+    report = import_masks(bare, tool, tmp_path / "out" / inside, empty=True)
     assert len(report.written) == 3 and not report.strangers
     for old, new in zip(tiny_split, list_pairs(bare), strict=True):
         assert newest_revision(db, old.id).mask == newest_revision(bare, new.id).mask
@@ -204,9 +204,60 @@ def test_ground_truth_that_is_there_is_replaced_only_when_that_is_said(db, tiny_
     assert [r.source for r in kept] == ["import"] * 2 and kept[1].mask.area == 252
     assert kept[1].ignore().sum() == 480
     assert import_masks(db, "label-studio", path).unchanged == 1
-    only = import_masks(db, "label-studio", path, change=["pen"], replace=True, dry_run=True)
-    assert only.labels == {"change": "left out", "ill-posed": "ill-posed"}
-    assert only.written == (("cs1/0001", 0),)
+    with pytest.raises(InvalidInput, match="has no label 'chnage'; there are 'change', 'ill-"):
+        import_masks(db, "label-studio", path, change=["chnage"], replace=True)
+    other = import_masks(
+        db, "label-studio", path, change=["ill-posed"], ill_posed="x", replace=True, dry_run=True
+    )
+    assert other.labels == {"change": "left out", "ill-posed": "change"}
+    assert other.written == (("cs1/0001", 480),)
+
+
+def test_what_says_nothing_is_not_taken_for_no_change(bare, tmp_path):
+    images = [{"id": k, "file_name": f"000{k}.png", "height": 120, "width": 160} for k in range(3)]
+    boxes = [{"id": 1, "image_id": 1, "category_id": 1, "segmentation": []}]
+    counts = {"size": [120, 160], "counts": [0, 5, 120 * 160 - 5]}
+    masks = [{"id": 2, "image_id": 0, "category_id": 1, "segmentation": counts}]
+    document = {"images": images, "categories": [{"id": 1, "name": "pen"}]}
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps({**document, "annotations": boxes + masks}))
+    report = import_masks(bare, "coco", path, dry_run=True)
+    assert report.written == (("cs1/0000", 5),) and report.empty == ("0001.png", "0002.png")
+    # An image without any shape may mean "nothing changed"; one with only boxes never does.
+    report = import_masks(bare, "coco", path, empty=True)
+    assert [title for title, _ in report.written] == ["cs1/0000", "cs1/0002"]
+    assert report.empty == ("0001.png",)
+    counts["size"] = [60, 80]
+    counts["counts"] = [0, 4800]
+    path.write_text(json.dumps({**document, "annotations": masks}))
+    with pytest.raises(InvalidInput, match="annotation 2: its run-lengths are of 80x60"):
+        import_masks(bare, "coco", path, replace=True)
+
+
+def test_a_path_from_elsewhere_is_believed_only_in_a_named_split(bare, tmp_path):
+    mask = np.ones((120, 160), bool)
+    path = write_tasks(tmp_path / "a.json", mask, "cs2/0001.png")
+    with pytest.raises(NotFound, match=r"none of its 1 images, such as cs2/0001\.png"):
+        import_masks(bare, "label-studio", path)
+    assert import_masks(bare, "label-studio", path, splits=["cs1"], dry_run=True).written
+    live = write_tasks(tmp_path / "b.json", mask, "live/0001.png")
+    assert import_masks(bare, "label-studio", live, dry_run=True).written
+    sent = write_tasks(tmp_path / "c.json", mask, "/data/upload/1/1a2b3c4d-0001.png")
+    assert import_masks(bare, "label-studio", sent, dry_run=True).written
+
+
+@pytest.mark.parametrize("corner", [float("nan"), float("inf"), 1e9])
+def test_a_polygon_that_lies_nowhere_is_refused(bare, tmp_path, corner):
+    document = {
+        "images": [{"id": 1, "file_name": "0000.png", "height": 120, "width": 160}],
+        "categories": [{"id": 1, "name": "pen"}],
+        "annotations": [
+            {"id": 1, "image_id": 1, "category_id": 1, "segmentation": [[1, 1, 9, corner, 5, 5]]}
+        ],
+    }
+    (tmp_path / "a.json").write_text(json.dumps(document))
+    with pytest.raises(InvalidInput, match="a polygon's corner lies nowhere near the image"):
+        import_masks(bare, "coco", tmp_path / "a.json")
 
 
 def test_images_that_fit_no_pair_or_several_are_told(db, tiny_split, tmp_path):
@@ -222,8 +273,7 @@ def test_images_that_fit_no_pair_or_several_are_told(db, tiny_split, tmp_path):
     with pytest.raises(InvalidInput, match=r"0001\.png may be cs1/0001, hw1/0001; narrow it"):
         import_masks(db, "label-studio", path, replace=True)
     found = import_masks(db, "label-studio", path, replace=True, splits=["hw1"])
-    assert found.written == (("hw1/0001", 0),)
-    assert newest_revision(db, 1).mask != empty_rle(120, 160)
+    assert [title for title, _ in found.written] == ["hw1/0001"]
 
 
 def test_the_command_says_how_labels_are_read(db, tiny_split, tmp_path):
