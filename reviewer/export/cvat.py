@@ -28,10 +28,11 @@ def export_cvat(labelled: Sequence[Labelled], target: Path, selection: Selection
     """
     parts = pair_parts(labelled, _files)
 
-    def finish(folder: Path) -> None:
-        tree = ElementTree.ElementTree(document(labelled))
-        ElementTree.indent(tree)
-        tree.write(folder / "annotations.xml", encoding="utf-8", xml_declaration=True)
+    def finish() -> dict[str, bytes]:
+        root = document(labelled)
+        ElementTree.indent(root)
+        data = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
+        return {"annotations.xml": data}
 
     return write_export(target, "cvat", selection.record(), parts, finish=finish)
 

@@ -66,19 +66,22 @@ def _same_split(pairs: Sequence[Pair], parts: int) -> list[Fold]:
     if parts < 2:
         raise InvalidInput(f"folds: need two or more parts, not {parts}")
     part_of: dict[int, int] = {}
+    # A reference image that is both trained and tested on would be known already; splits of one
+    # workspace may share a drive, so it is told by its content.
+    part_of_image: dict[str, int] = {}
     for split in sorted({pair.split for pair in pairs}):
-        # A reference image that is both trained and tested on would be known already.
-        groups: dict[int, list[Pair]] = {}
+        groups: dict[str, list[Pair]] = {}
         for pair in pairs:
             if pair.split == split:
-                groups.setdefault(pair.reference.id, []).append(pair)
+                groups.setdefault(pair.reference.sha256, []).append(pair)
         if len(groups) < parts:
             raise InvalidInput(
                 f"folds: split {split} has {len(groups)} reference images, fewer than {parts} parts"
             )
-        for place, group in enumerate(groups.values()):
+        for place, (sha256, group) in enumerate(groups.items()):
+            part = part_of_image.setdefault(sha256, place * parts // len(groups))
             for pair in group:
-                part_of[pair.id] = place * parts // len(groups)
+                part_of[pair.id] = part
     return [
         Fold(
             f"part-{k + 1}",

@@ -45,15 +45,16 @@ def export_huggingface(
     shards = [labelled[k : k + pairs_a_file] for k in range(0, len(labelled), pairs_a_file)]
     features = _features(datasets)
     parts = []
+
+    def card() -> dict[str, bytes]:
+        return {"README.md": _card(len(labelled)).encode()}
+
     for number, items in enumerate(shards):
         name = f"data/train-{number:05d}-of-{len(shards):05d}.parquet"
         parts.append(Part(name, items, partial(_shard, name, items, features), {"file": name}))
 
-    def finish(folder: Path) -> None:
-        (folder / "README.md").write_text(_card(len(labelled)))
-
     settings = {**selection.record(), "pairs_a_file": pairs_a_file}
-    return write_export(target, "huggingface", settings, parts, finish=finish)
+    return write_export(target, "huggingface", settings, parts, finish=card)
 
 
 def _features(datasets: Any) -> datasets.Features:

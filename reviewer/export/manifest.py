@@ -40,11 +40,13 @@ def write_manifest(
     settings: Mapping[str, Any],
     entries: Sequence[Mapping[str, Any]],
     *,
+    files: Mapping[str, bytes] | None = None,
     changed: int = 255,
 ) -> None:
     """Write `manifest.json`; the same export gives the same bytes.
 
     Args:
+        files: content of files that are about all pairs together, by path.
         changed: the value of changed pixels in masks.
     """
     manifest = {
@@ -53,6 +55,9 @@ def write_manifest(
         "unchanged": 0,
         "settings": settings,
         "reviewer": __version__,
+        "files": {
+            path: hashlib.sha256(content).hexdigest() for path, content in (files or {}).items()
+        },
         "pairs": entries,
     }
     (folder / "manifest.json").write_text(json.dumps(manifest, indent=1, sort_keys=True))

@@ -34,7 +34,7 @@ def export_panoptic(labelled: Sequence[Labelled], target: Path, selection: Selec
         Conflict: when `target` exists and is not empty.
     """
 
-    def finish(folder: Path) -> None:
+    def finish() -> dict[str, bytes]:
         images, annotations = [], []
         for item in labelled:
             pair = item.pair
@@ -49,7 +49,7 @@ def export_panoptic(labelled: Sequence[Labelled], target: Path, selection: Selec
                 }
             )
         document = {"images": images, "annotations": annotations, "categories": CATEGORIES}
-        (folder / "panoptic.json").write_text(json.dumps(document))
+        return {"panoptic.json": json.dumps(document).encode()}
 
     parts = pair_parts(labelled, _files)
     return write_export(target, "coco-panoptic", selection.record(), parts, finish=finish)

@@ -21,6 +21,7 @@ from reviewer.masks import decode_rle, encode_png
 from reviewer.pipeline.stored import warped_reference
 from reviewer.records import Run
 from reviewer.store.database import Store
+from reviewer.store.results import stage_keys
 
 IgnoreMode = Literal["separate", "255", "none"]
 CHANGED: dict[IgnoreMode, int] = {"separate": 255, "255": 1, "none": 255}
@@ -50,7 +51,12 @@ def export_t0t1(
         "warped_by": warped_by.name if warped_by else None,
         "ignore": ignore,
     }
-    parts = pair_parts(labelled, lambda item: _files(store, item, warped_by, ignore))
+    keys = stage_keys(store, warped_by.id, [i.pair.id for i in labelled]) if warped_by else {}
+    parts = pair_parts(
+        labelled,
+        lambda item: _files(store, item, warped_by, ignore),
+        lambda item: keys.get(item.pair.id, {}).get("align", ""),
+    )
     return write_export(target, "t0t1", settings, parts, changed=CHANGED[ignore])
 
 

@@ -2,7 +2,8 @@
 
 Until the end everything lies in `.NAME.partial` beside the target, with a journal that has a line a
 finished part: hashes of its files, and what it was made of. The same export again takes over the
-parts whose files still have those hashes, and which would be made of the same now.
+parts whose files still have those hashes, and which would be made of the same now. A lock keeps
+two exports of one target apart.
 """
 
 from __future__ import annotations
@@ -10,16 +11,19 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 from typing import Any, TextIO
 
+from filelock import FileLock, Timeout
+
 from reviewer import __version__
 from reviewer.dataset.files import hash_file
-from reviewer.errors import Conflict, NotFound
+from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.export.manifest import pair_entry, write_manifest
 from reviewer.export.selection import Labelled
 from reviewer.records import Image
@@ -46,19 +50,25 @@ class Part:
     Attributes:
         files: makes the files of the part.
         entry: more of what the manifest says of each of its pairs.
+        made_with: what else it is made of, beside pictures and masks: another value, another part.
     """
 
     name: str
     items: Sequence[Labelled]
     files: Callable[[], Files]
     entry: Mapping[str, Any]
+    made_with: str = ""
 
 
-def pair_parts(labelled: Sequence[Labelled], files: Callable[[Labelled], Files]) -> list[Part]:
+def pair_parts(
+    labelled: Sequence[Labelled],
+    files: Callable[[Labelled], Files],
+    made_with: Callable[[Labelled], str] = lambda item: "",
+) -> list[Part]:
     """Return a part a pair."""
 
     def part(item: Labelled) -> Part:
-        return Part(item.pair.title, (item,), lambda: files(item), {})
+        return Part(item.pair.title, (item,), lambda: files(item), {}, made_with(item))
 
     return [part(item) for item in labelled]
 
@@ -69,32 +79,56 @@ def write_export(
     settings: Mapping[str, Any],
     parts: Sequence[Part],
     *,
-    finish: Callable[[Path], None] = lambda folder: None,
+    finish: Callable[[], Mapping[str, bytes]] = dict,
     changed: int = 255,
 ) -> int:
     """Write all parts, what `finish` adds, and a manifest; return the number of pairs.
 
     Args:
-        finish: writes what is about all pairs together, into the folder it is given.
+        finish: makes the files that are about all pairs together.
         changed: the value of changed pixels in masks.
 
     Raises:
-        Conflict: when `target` exists and is not empty.
+        Conflict: when `target` exists and is not empty, or another export is writing it.
         NotFound: when an image is gone; what was written until then is taken over the next time.
+        InvalidInput: when an image is not the one that was imported, or two files have one name.
     """
+    target = target.resolve()
+    target.parent.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(target.parent / f".{target.name}.lock")
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise Conflict(f"{target}: another export is writing it") from error
+    try:
+        return _write(target, form, settings, parts, finish, changed)
+    finally:
+        lock.release()
+        Path(lock.lock_file).unlink(missing_ok=True)
+
+
+def _write(
+    target: Path,
+    form: str,
+    settings: Mapping[str, Any],
+    parts: Sequence[Part],
+    finish: Callable[[], Mapping[str, bytes]],
+    changed: int,
+) -> int:
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
         raise Conflict(f"{target}: exists already; name a new folder")
     work = target.parent / f".{target.name}.partial"
     kept = _take_up(work, {"form": form, "settings": dict(settings), "reviewer": __version__})
-    lock = Lock()
+    lock, owner = Lock(), dict[str, str]()
     with (work / JOURNAL).open("a", encoding="utf-8") as journal, ThreadPoolExecutor() as pool:
 
         def write(part: Part) -> list[dict[str, Any]]:
             known = kept.get(part.name)
             if known and known["of"] == _made_of(part) and _intact(work, known["files"]):
                 hashes = known["files"]
+                _claim(hashes, part, owner, lock)
             else:
-                hashes = _write_files(work, part)
+                hashes = _write_files(work, part, owner, lock)
                 line = {"part": part.name, "of": _made_of(part), "files": hashes}
                 with lock:
                     _note(journal, line)
@@ -115,8 +149,11 @@ def write_export(
     for path in [p for p in work.rglob("*") if p.is_file()]:
         if path.relative_to(work).as_posix() not in wanted:
             path.unlink()
-    finish(work)
-    write_manifest(work, form, settings, entries, changed=changed)
+    shared = finish()
+    for name, content in shared.items():
+        (work / name).parent.mkdir(parents=True, exist_ok=True)
+        (work / name).write_bytes(content)
+    write_manifest(work, form, settings, entries, files=shared, changed=changed)
     if target.exists():
         target.rmdir()
     work.replace(target)
@@ -130,9 +167,13 @@ def _take_up(work: Path, head: Mapping[str, Any]) -> dict[str, Any]:
     if path.exists():
         first, *lines = path.read_text(encoding="utf-8").split("\n")
         if first == wanted:
-            # A line that a kill cut off is no line.
-            found = [json.loads(line) for line in lines if line.endswith("}")]
-            kept = {line["part"]: line for line in found}
+            for line in lines:
+                # A line that a kill or a full disk cut off is no line.
+                with suppress(ValueError, TypeError, KeyError):
+                    found = json.loads(line)
+                    kept[found["part"]] = found
+            with path.open("a", encoding="utf-8") as journal:
+                journal.write("\n")
     if not kept and work.exists():
         shutil.rmtree(work)
     work.mkdir(parents=True, exist_ok=True)
@@ -159,31 +200,36 @@ def _made_of(part: Part) -> str:
         ]
         for item in part.items
     ]
-    return hashlib.sha256(json.dumps(made, sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([part.made_with, made], sort_keys=True).encode()).hexdigest()
 
 
 def _intact(work: Path, hashes: Mapping[str, str]) -> bool:
     return all((work / p).is_file() and hash_file(work / p) == h for p, h in hashes.items())
 
 
-def _write_files(work: Path, part: Part) -> dict[str, str]:
-    hashes = {}
-    for name, content in part.files().items():
+def _write_files(work: Path, part: Part, owner: dict[str, str], lock: Lock) -> dict[str, str]:
+    hashes, files = {}, part.files()
+    _claim(files, part, owner, lock)
+    for name, content in files.items():
         path = work / name
+        if not path.resolve().is_relative_to(work):
+            raise InvalidInput(f"pair {part.name}: its file {name} would lie outside the export")
         path.parent.mkdir(parents=True, exist_ok=True)
-        if isinstance(content, Copy):
-            try:
-                shutil.copyfile(content.image.path, path)
-            except FileNotFoundError as error:
-                raise NotFound(
-                    f"{content.image.path}: is gone, so it cannot be exported; the same command"
-                    " goes on when it is back"
-                ) from error
-            hashes[name] = content.image.sha256
-        else:
-            path.write_bytes(content)
-            hashes[name] = hashlib.sha256(content).hexdigest()
+        data = read_image(content.image) if isinstance(content, Copy) else content
+        path.write_bytes(data)
+        hashes[name] = hashlib.sha256(data).hexdigest()
     return hashes
+
+
+def _claim(names: Iterable[str], part: Part, owner: dict[str, str], lock: Lock) -> None:
+    with lock:
+        for name in names:
+            other = owner.setdefault(name, part.name)
+            if other != part.name:
+                raise InvalidInput(
+                    f"pair {part.name}: its file {name} is the one of pair {other}, too; export"
+                    " their splits one by one with --split"
+                )
 
 
 def read_image(image: Image) -> bytes:
@@ -191,8 +237,15 @@ def read_image(image: Image) -> bytes:
 
     Raises:
         NotFound: when it is gone.
+        InvalidInput: when it is not the one that was imported.
     """
     try:
-        return image.path.read_bytes()
+        data = image.path.read_bytes()
     except FileNotFoundError as error:
-        raise NotFound(f"{image.path}: is gone, so it cannot be exported") from error
+        raise NotFound(
+            f"{image.path}: is gone, so it cannot be exported; the same command goes on when it is"
+            " back"
+        ) from error
+    if hashlib.sha256(data).hexdigest() != image.sha256:
+        raise InvalidInput(f"{image.path}: is not the image that was imported, its hash differs")
+    return data

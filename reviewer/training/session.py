@@ -116,7 +116,7 @@ def train(
         if backbone:
             load_backbone(net, backbone)
         if start:
-            _start_from(net, start, settings)
+            _start_from(net, start, settings, data.kind)
         shown = [training.pair(number) for number in range(SHEET_PAIRS)]
         _write_png(folder / "pairs.png", contact_sheet(shown))
     log = Log(folder / "log.csv", fit.iteration)
@@ -145,8 +145,14 @@ def train(
     return at
 
 
-def _start_from(net: nn.Module, start: Path, settings: TrainingSettings) -> None:
+def _start_from(net: nn.Module, start: Path, settings: TrainingSettings, kind: str) -> None:
     trained, record = load_checkpoint(start, settings.net)
+    if kind == "labelled" and "labelled_validation" in record.training:
+        fold = record.training["data"].get("fold", "?")
+        raise InvalidInput(
+            f"{start}: was fitted to ground truth (fold {fold}), so pairs that it has seen would be"
+            " tested; start from a checkpoint that was trained on synthetic pairs"
+        )
     if record.width != settings.width or dict(record.settings) != dict(settings.net_settings):
         raise InvalidInput(
             f"{start}: is a {record.net} of width {record.width:g} {dict(record.settings) or ''},"

@@ -273,6 +273,16 @@ def test_no_pair_is_both_trained_and_tested_on(db, two_workspaces, kind, names):
         assert all({p.split for p in fold.test} == {"cs1", "cs2", "hw1"} for fold in folds)
 
 
+def test_a_reference_image_that_two_splits_share_is_in_one_part(db, tmp_path):
+    # The same drive, imported with each of two groups of objects.
+    for name in ("cs1", "cs2"):
+        folder = write_split(tmp_path / "data" / name, 4)
+        import_split(db, name, folder, ImportSettings(), lambda *_: None)
+    for fold in make_folds(db, list_pairs(db), "same-split", 2):
+        past = [{p.reference.sha256 for p in pairs} for pairs in (fold.train, fold.test)]
+        assert not past[0] & past[1] and fold.test
+
+
 def test_folds_are_lists_of_pairs(db, two_workspaces, tmp_path):
     labelled, _ = select_labelled(db, ALL)
     assert export_folds(db, labelled, tmp_path / "folds", ALL, "workspace") == 2

@@ -132,3 +132,10 @@ def test_synthetic_pairs_are_mixed_into_training_and_not_into_validation(files, 
     assert parts["data"]["synthetic"] == "of-test" and parts["data"]["share"] == 0.5
     assert parts["synthesis"] == SynthesisSettings().record()
     assert train(tmp_path / "a", TINY, data).iteration == 2
+
+
+def test_a_checkpoint_that_was_fitted_to_ground_truth_is_no_start(files, tmp_path):
+    data = LabelledData(files[:1], files[1:], {"fold": "cs"})
+    train(tmp_path / "a", TINY, data)
+    with pytest.raises(InvalidInput, match=r"was fitted to ground truth \(fold cs\), so pairs"):
+        train(tmp_path / "b", TINY, data, start=tmp_path / "a" / "best.pt")
