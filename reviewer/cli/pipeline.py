@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -224,8 +224,10 @@ def run_stages(
     engine: EngineChoice = "local",
     address: str | None = None,
     folders: Mapping[str, Path] | None = None,
+    only: Sequence[int] | None = None,
 ) -> None:
-    """Open the run, bring in the layers of `folders`, do the stages; exit 1 when pairs failed."""
+    """Open the run, bring in the layers of `folders`, do the stages (of some pairs, if named); exit
+    1 when pairs failed."""
     from reviewer.pipeline.members import Members, build_members
     from reviewer.pipeline.runner import prepare_run, run_pipeline, works_here
     from reviewer.store.pairs import pair_ids
@@ -241,7 +243,7 @@ def run_stages(
         report = run_pipeline(
             store,
             opened,
-            pair_ids(store, split or []),
+            pair_ids(store, split or []) if only is None else only,
             stages=[wanted for wanted in STAGES if stage in (wanted, "all")],
             engine=engine,
             address=address,

@@ -261,12 +261,19 @@ def _train_on_truth(
     from reviewer.crossfit.folds import Pasting, fold_data, write_truth
     from reviewer.export.folds import make_folds
     from reviewer.export.selection import Selection, select_labelled
+    from reviewer.pipeline.runner import prepare_run
     from reviewer.pipeline.settings import IMPORTED, PipelineSettings
     from reviewer.store.runs import list_runs, run_or_newest
 
     settings, folder = order.settings, order.folder(store)
-    others = [run for run in list_runs(store) if run.name != order.title]
-    warper = run_or_newest(store, folding.warped_by or (others[-1].name if others else None))
+    names = [run.name for run in list_runs(store)]
+    others = [name for name in names if name != order.title]
+    warper = run_or_newest(store, folding.warped_by or (others[-1] if others else None))
+    known = PipelineSettings.of_record(warper.settings)
+    models = {stage: own for stage, own in known.model_settings.items() if stage != "detect"}
+    found = replace(known, detector=IMPORTED, threshold=settings.threshold, model_settings=models)
+    if order.title in names:
+        prepare_run(store, order.title, found)  # another run of that name is told now, not then
     selection = Selection(splits=tuple(order.splits), states=folding.states)
     labelled, without = select_labelled(store, selection)
     folds = make_folds(store, [item.pair for item in labelled], folding.by, folding.parts)
@@ -303,11 +310,10 @@ def _train_on_truth(
             start=order.start,
             workers=order.workers,
         )
-    known = PipelineSettings.of_record(warper.settings)
-    models = {stage: own for stage, own in known.model_settings.items() if stage != "detect"}
-    found = replace(known, detector=IMPORTED, threshold=settings.threshold, model_settings=models)
-    splits = sorted({pair.split for fold in folds for pair in fold.test})
-    run_stages(store, order.title, found, "all", splits, 2, folders={"detect": maps})
+    judged = [pair.id for fold in folds for pair in fold.test]
+    run_stages(
+        store, order.title, found, "all", order.splits, 2, folders={"detect": maps}, only=judged
+    )
     typer.echo(f"next: reviewer evaluate --run {order.title}; reviewer evaluate --table-a")
 
 

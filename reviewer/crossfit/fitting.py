@@ -66,6 +66,8 @@ def fit_folds(
             on_step=lambda step, each=each: reports.step(each, step),  # type: ignore[misc]
             on_validation=lambda at, each=each: reports.validated(each, at),  # type: ignore[misc]
         )
+        if each.shelf is not None:
+            each.shelf.clear()
         _judge(store, folder / "maps", settings.net, place / "best.pt", each, warper)
     return folder / "maps"
 

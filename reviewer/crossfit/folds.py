@@ -27,10 +27,11 @@ EVERY = 8
 
 @dataclass(frozen=True, slots=True)
 class FoldData:
-    """A fold with the files it is fitted to."""
+    """A fold with the files it is fitted to, and the reference images of its synthetic pairs."""
 
     fold: Fold
     data: LabelledData
+    shelf: Shelf | None = None
 
 
 def write_truth(
@@ -105,22 +106,25 @@ def fold_data(
                     " is trained on, has the same live image"
                 )
         training, validation = _held_out(fold)
+        shelf = synthetic = None
+        if pasting:
+            shelf, synthetic = _synthetic(training, pasting)
         data = LabelledData(
             [files[pair.id] for pair in training],
             [files[pair.id] for pair in validation],
             {**record, "fold": fold.name},
-            synthetic=_synthetic(training, pasting) if pasting else None,
+            synthetic=synthetic,
             share=pasting.share if pasting else 0.0,
         )
-        made.append(FoldData(fold, data))
+        made.append(FoldData(fold, data, shelf))
     return made
 
 
-def _synthetic(pairs: Sequence[Pair], pasting: Pasting) -> SyntheticData:
+def _synthetic(pairs: Sequence[Pair], pasting: Pasting) -> tuple[Shelf, SyntheticData]:
     references = list({pair.reference.sha256: pair.reference for pair in pairs}.values())
     record = data_record(references, pasting.bank, pasting.settings)
     shelf = Shelf([image.path for image in references])
-    return SyntheticData(shelf, pasting.bank, pasting.settings, record)
+    return shelf, SyntheticData(shelf, pasting.bank, pasting.settings, record)
 
 
 def _held_out(fold: Fold) -> tuple[list[Pair], list[Pair]]:

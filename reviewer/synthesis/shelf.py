@@ -20,7 +20,7 @@ class Shelf(Sequence[npt.NDArray[np.uint8]]):
 
     def __init__(self, paths: Sequence[Path], room_bytes: int = ROOM_BYTES) -> None:
         """Remember the paths; nothing is read yet."""
-        self._paths, self._room = list(paths), room_bytes
+        self._paths, self._size, self._room = list(paths), room_bytes, room_bytes
         self._kept: dict[int, npt.NDArray[np.uint8]] = {}
 
     def __len__(self) -> int:
@@ -47,4 +47,8 @@ class Shelf(Sequence[npt.NDArray[np.uint8]]):
 
     def __getstate__(self) -> dict[str, object]:
         """Travel to a worker process without the images."""
-        return {"_paths": self._paths, "_room": ROOM_BYTES, "_kept": {}}
+        return {"_paths": self._paths, "_size": self._size, "_room": self._size, "_kept": {}}
+
+    def clear(self) -> None:
+        """Let go of the images; they are read again when they are wanted."""
+        self._kept, self._room = {}, self._size

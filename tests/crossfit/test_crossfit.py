@@ -76,6 +76,26 @@ def test_a_net_a_fold_is_trained_and_judges_what_it_has_not_seen(db, rooms, tmp_
     assert len(list_runs(db)) == 2
 
 
+def test_pairs_without_ground_truth_are_no_failures(db, rooms, tmp_path):
+    from reviewer.store.reviews import annotator_id, set_review_state
+
+    ada = annotator_id(db, "Ada")
+    for pair in list_pairs(db)[:5]:
+        set_review_state(db, pair.id, ada, "approved")
+    done = invoke(db, "--by", "split", "--state", "approved")
+    assert done.exit_code == 0, done.output + repr(done.exception)
+    failed = db.read().execute("SELECT count(*) FROM failures").fetchone()[0]
+    run = run_of_name(db, "real")
+    found = [load_detection(db, run.id, pair.id) is not None for pair in list_pairs(db)]
+    assert failed == 0 and found == [True] * 5 + [False] * 2
+
+
+def test_a_name_that_another_run_has_is_told_before_hours_of_training(db, rooms, tmp_path):
+    prepare_run(db, "real", PipelineSettings(high=0.5))
+    done = invoke(db, "--by", "split")
+    assert isinstance(done.exception, Conflict) and not (tmp_path / "trainings").exists()
+
+
 def test_the_maps_are_those_of_the_fold_that_holds_the_pair_out(db, rooms, tmp_path):
     assert invoke(db, "--by", "split").exit_code == 0
     maps = tmp_path / "trainings/real/maps"
