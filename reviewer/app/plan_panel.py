@@ -75,12 +75,18 @@ class PlanPanel:
             views = ViewSettings(stand_off=self._stand_off.value)
             settings = PlanSettings(camera, views, self._budget.value)
             self.forget()
-            try:
-                self._plan = plan_inspection(desk.store, run, here[0], settings)
-            except ReviewerError as error:
-                self._text.content = _line(html.escape(str(error)))
+            self._text.content = _line("Planning…")
+        # Seconds on a large map, during which the desk goes on.
+        try:
+            plan = plan_inspection(desk.store, run, here[0], settings)
+        except ReviewerError as error:
+            self._text.content = _line(html.escape(str(error)))
+            return
+        with desk.lock:
+            if self._here() != here:
                 return
-            self._shown = here
+            self.forget()
+            self._plan, self._shown = plan, here
             self._text.content = _table(self._plan)
             self._files.visible = self._clear.visible = True
             self._draw(self._plan)

@@ -67,6 +67,12 @@ class ScoresPanel:
             self._text.content = _line("No run has a prediction of a pair with ground truth.")
             return
         own = [line for line in lines if line.run == run.name]
+        if not own:
+            missing = f"Run {html.escape(run.name)} has no prediction of a pair with ground truth."
+            self._text.content = (
+                _line("<b>Mean F</b>") + _table(table_a_rows(lines)) + _line(missing)
+            )
+            return
         one = [line for line in own if line.method == own[0].method and line.split != MEAN]
         ignored = sum(line.counts.ignored for line in one)
         self._text.content = (

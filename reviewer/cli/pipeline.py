@@ -160,7 +160,6 @@ def evaluate(
             return
         if report is not None:
             _write_report(store, run, chosen, report)
-            return
         lines = print_scores(store, run, format, chosen, table_a=table_a)
         if figure_f is not None:
             _write_rows(store, run, pairs, rows, figure_f)

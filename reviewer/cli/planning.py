@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table
-from reviewer.errors import Conflict, InvalidInput
+from reviewer.errors import Conflict, InvalidInput, NotFound
 
 
 @app.command()
@@ -43,10 +44,14 @@ def plan(
             raise InvalidInput(f"--output {path}: ends in none of .{', .'.join(FORMATS)}")
         if path.exists():
             raise Conflict(f"{path}: exists already; name a new file")
+        if not path.parent.is_dir():
+            raise NotFound(f"{path.parent}: is not a folder")
     begin = None
     if start is not None:
         try:
             x, y = (float(part) for part in start.split(","))
+            if not (math.isfinite(x) and math.isfinite(y)):
+                raise ValueError(start)
         except ValueError as error:
             raise InvalidInput(f"--start {start}: must be X,Y in metres") from error
         begin = Pose2(x, y, 0.0)
@@ -67,6 +72,7 @@ def plan(
     typer.echo(
         f"{len(found.doubts)} regions, {placed} with a place; places that no reachable"
         f" cell sees: {len(found.unseen)}, views beyond the budget: {len(found.tour.left_out)}"
+        + (f", lighter ones not looked for: {found.not_looked_for}" * bool(found.not_looked_for))
     )
     for path in output or []:
         path.write_text(FORMATS[path.suffix[1:]](found), encoding="utf-8")

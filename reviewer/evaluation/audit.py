@@ -3,6 +3,7 @@ predictor of the detector's errors."""
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -78,8 +79,9 @@ class AuditReport:
     predictor: Predictor
 
     def record(self) -> dict[str, Any]:
-        """Return it as plain values."""
-        return asdict(self)
+        """Return it as plain JSON values: what is not defined is None."""
+        record: dict[str, Any] = _without_nan(asdict(self))
+        return record
 
 
 def audit_report(rows: Sequence[AuditRow]) -> AuditReport:
@@ -105,6 +107,14 @@ def audit_report(rows: Sequence[AuditRow]) -> AuditReport:
     people = agreement([row.opinions for row in rows])
     predictor = predict_errors(rows)
     return AuditReport(len(rows), len(counted), confusion, groups, verdicts, people, predictor)
+
+
+def _without_nan(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _without_nan(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(each) for each in value]
+    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def oracle_choice(row: AuditRow) -> str:

@@ -12,6 +12,7 @@ from typing import IO
 import cv2
 import numpy as np
 import numpy.typing as npt
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -62,6 +63,7 @@ def _scores(store: Store, run: Run, method: Method) -> dict[str, float]:
     }
 
 
+@rc_context({"text.parse_math": False})  # names of runs may hold a dollar
 def draw_rows(
     store: Store, runs: Sequence[Run], pairs: Sequence[Pair], path: Path | IO[bytes]
 ) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from reviewer.errors import NotFound
@@ -14,6 +15,7 @@ from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line
 COLOURS = {"base": "#adb5bd", "doi": "#14828c", "audited": "#f59f00"}
 
 
+@rc_context({"text.parse_math": False})  # names of runs may hold a dollar
 def draw_splits(lines: Sequence[Line], path: Path | IO[bytes]) -> None:
     """Write a panel a run; the name's ending says which format.
 

@@ -68,6 +68,7 @@ def place_doubts(
     occupied: npt.NDArray[np.bool_],
     grid: Grid,
     *,
+    near: float = 0.22,
     farthest: float = 5.0,
 ) -> list[Doubt]:
     """Return the regions with their places.
@@ -75,6 +76,8 @@ def place_doubts(
     Args:
         poses: live viewpoints by pair id; regions of other pairs are left out.
         occupied: bool (rows, columns) of the map, and `grid` its frame.
+        near: metres around a viewpoint in which the robot itself stands, so nothing is in its way
+            whatever the map says.
         farthest: metres beyond which a place is not believed: the ray is too flat.
     """
     doubts = []
@@ -84,7 +87,9 @@ def place_doubts(
             continue
         x, y, width, height = region.box_xywh
         pixel = x + width / 2, y + height / 2
-        doubts.append(Doubt(region, pose, _place(camera, pose, pixel, occupied, grid, farthest)))
+        doubts.append(
+            Doubt(region, pose, _place(camera, pose, pixel, occupied, grid, near, farthest))
+        )
     return doubts
 
 
@@ -94,6 +99,7 @@ def _place(
     pixel: tuple[float, float],
     occupied: npt.NDArray[np.bool_],
     grid: Grid,
+    near: float,
     farthest: float,
 ) -> tuple[float, float, float] | None:
     here = pose.x, pose.y
@@ -102,7 +108,7 @@ def _place(
     away = math.inf if floor is None else math.dist(floor, here)
     reach = min(away, farthest)
     end = pose.x + reach * math.cos(heading), pose.y + reach * math.sin(heading)
-    obstacle = _first_occupied(occupied, grid, here, end)
+    obstacle = _first_occupied(occupied, grid, here, end, near)
     if obstacle is not None:
         return *obstacle, max(0.0, camera.height + slope * math.dist(obstacle, here))
     return (*floor, 0.0) if floor is not None and away <= farthest else None
@@ -113,12 +119,14 @@ def _first_occupied(
     grid: Grid,
     start: tuple[float, float],
     end: tuple[float, float],
+    near: float,
 ) -> tuple[float, float] | None:
     """Return the centre of the first occupied cell on the way, metres; None without any."""
     rows, columns = line(*cell_at(grid, *start), *cell_at(grid, *end))
     inside = (rows >= 0) & (rows < grid.height) & (columns >= 0) & (columns < grid.width)
     rows, columns = rows[inside], columns[inside]
-    hits = np.flatnonzero(occupied[rows, columns])
+    away = np.hypot(rows - rows[:1], columns - columns[:1]) * grid.resolution
+    hits = np.flatnonzero(occupied[rows, columns] & (away > near))
     if not len(hits):
         return None
     return cell_centre(grid, int(rows[hits[0]]), int(columns[hits[0]]))

@@ -28,6 +28,10 @@ DEFAULT_CAMERA = FloorCamera(0.72, -0.42, 385.0)
 the floor, looking 24 degrees down."""
 
 
+MOST_TARGETS = 150
+"""Heaviest targets that views are looked for; nobody drives to more, and each costs a search."""
+
+
 @dataclass(frozen=True, slots=True)
 class PlanSettings:
     """Camera, views, and metres of way."""
@@ -46,6 +50,7 @@ class InspectionPlan:
         doubts: regions with their places; those without one cannot be planned.
         tour: views in order.
         unseen: targets that no reachable cell sees, as "x, y" metres.
+        not_looked_for: targets beyond the heaviest 150, for which no view was looked for.
     """
 
     split: str
@@ -54,6 +59,7 @@ class InspectionPlan:
     doubts: tuple[Doubt, ...]
     tour: Tour
     unseen: tuple[tuple[float, float], ...]
+    not_looked_for: int
 
 
 def plan_inspection(
@@ -92,10 +98,13 @@ def plan_inspection(
         raise InvalidInput(
             f"split {split}: a robot of radius {settings.views.robot_radius:g} m fits nowhere"
         )
-    doubts = place_doubts(regions, poses, camera, terrain.occupied, occupancy.grid)
+    doubts = place_doubts(
+        regions, poses, camera, terrain.occupied, occupancy.grid, near=settings.views.robot_radius
+    )
     views: list[View] = []
     unseen = []
-    for target in gather(doubts):
+    targets = gather(doubts)
+    for target in targets[:MOST_TARGETS]:
         view = best_view(terrain, target, camera, settings.views)
         if view is None:
             unseen.append((target.x, target.y))
@@ -103,4 +112,12 @@ def plan_inspection(
             views.append(view)
     tour = plan_tour(terrain, begin, views, settings.budget)
     ranked = rank_viewpoints(pairs, regions)
-    return InspectionPlan(split, begin, tuple(ranked), tuple(doubts), tour, tuple(unseen))
+    return InspectionPlan(
+        split,
+        begin,
+        tuple(ranked),
+        tuple(doubts),
+        tour,
+        tuple(unseen),
+        len(targets[MOST_TARGETS:]),
+    )

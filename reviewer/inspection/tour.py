@@ -18,6 +18,8 @@ from reviewer.geometry import Pose2, cell_centre
 from reviewer.inspection.views import Terrain, View
 
 Ways = npt.NDArray[np.float64]
+LEAST_DETOUR = 0.1
+"""Metres: a view on the way is not worth infinitely much."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,24 +41,18 @@ class Tour:
 def plan_tour(terrain: Terrain, start: Pose2, views: Sequence[View], budget: float) -> Tour:
     """Return the tour from `start` over as much DoI as `budget` metres allow; it ends anywhere."""
     ways = _ways(terrain, [start, *(view.pose for view in views)])
+    weights = np.array([0.0, *(view.target.weight for view in views)])
     order: list[int] = []
-    left = set(range(1, len(views) + 1))
-    while True:
-        best: tuple[float, int, list[int]] | None = None
-        here = _length(ways, order)
-        for k in left:
-            tried = min(
-                ([*order[:at], k, *order[at:]] for at in range(len(order) + 1)),
-                key=lambda path: _length(ways, path),
-            )
-            length = _length(ways, tried)
-            worth = views[k - 1].target.weight / max(length - here, 0.1)
-            if length <= budget and (best is None or worth > best[0]):
-                best = worth, k, tried
-        if best is None:
+    left = list(range(1, len(views) + 1))
+    while left:
+        places, detours = _insertions(ways, order, left)
+        fits = _length(ways, order) + detours <= budget
+        if not fits.any():
             break
-        left.discard(best[1])
-        order = _untangled(ways, best[2])
+        worth = np.where(fits, weights[left] / np.maximum(detours, LEAST_DETOUR), -1.0)
+        best = int(worth.argmax())
+        order.insert(int(places[best]), left.pop(best))
+        order = _untangled(ways, order)
     chosen = [views[k - 1] for k in order]
     return Tour(
         tuple(chosen),
@@ -64,6 +60,19 @@ def plan_tour(terrain: Terrain, start: Pose2, views: Sequence[View], budget: flo
         _way(terrain, [start, *(view.pose for view in chosen)]),
         tuple(views[k - 1] for k in sorted(left)),
     )
+
+
+def _insertions(
+    ways: Ways, order: Sequence[int], candidates: Sequence[int]
+) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.float64]]:
+    """Return where each candidate costs least to insert, and how many metres it costs there."""
+    stops, wanted = np.array([0, *order]), np.array(candidates)
+    costs = ways[np.ix_(stops, wanted)]
+    after = stops[1:]
+    # Between two stops; the last place is behind them all.
+    costs[:-1] += ways[np.ix_(after, wanted)] - ways[stops[:-1], after][:, None]
+    places = costs.argmin(axis=0)
+    return places, costs[places, np.arange(len(wanted))]
 
 
 def _ways(terrain: Terrain, poses: Sequence[Pose2]) -> Ways:
@@ -101,12 +110,19 @@ def _length(ways: Ways, order: Sequence[int]) -> float:
 
 def _untangled(ways: Ways, order: list[int]) -> list[int]:
     """Turn parts of the way around as long as that makes it shorter (2-opt)."""
+    stops = np.array([0, *order])
     better = True
     while better:
         better = False
-        for i in range(len(order) - 1):
-            for j in range(i + 2, len(order) + 1):
-                turned = [*order[:i], *reversed(order[i:j]), *order[j:]]
-                if _length(ways, turned) < _length(ways, order) - 1e-9:
-                    order, better = turned, True
-    return order
+        for i in range(1, len(stops) - 1):
+            # Turning stops[i..j] changes the way into i and the way out of j (none at the end).
+            ends = np.arange(i + 1, len(stops))
+            gain = ways[stops[i - 1], stops[i]] - ways[stops[i - 1], stops[ends]]
+            inner = ends[:-1]
+            gain[:-1] += ways[stops[inner], stops[inner + 1]] - ways[stops[i], stops[inner + 1]]
+            best = int(gain.argmax())
+            if gain[best] > 1e-9:
+                j = int(ends[best])
+                stops[i : j + 1] = stops[i : j + 1][::-1].copy()
+                better = True
+    return [int(stop) for stop in stops[1:]]

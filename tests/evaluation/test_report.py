@@ -104,3 +104,8 @@ def test_the_commands_write_both(db, run, tmp_path):
 def test_without_ground_truth_there_is_nothing_to_report(db):
     with pytest.raises(NotFound, match="no run has a prediction of a pair with ground truth"):
         report_page(db, None, Protocol(), lambda step: None)
+
+
+def test_a_dollar_in_a_name_is_a_dollar(db, run):
+    db.write(lambda c: c.execute(r"UPDATE runs SET name = 'r$x_1$ and $\bad$'"))
+    assert "r$x_1$ and" in report_page(db, None, Protocol(), lambda step: None)

@@ -1,6 +1,7 @@
 """Places, views and tours on maps that are drawn by hand."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -144,3 +145,19 @@ def test_of_two_the_one_with_more_doi_fits_the_budget():
     views = views_at((1.0, 3.5, 0.9), (2.5, 2.0, 2.7))
     tour = plan_tour(terrain(), START, views, 1.6)
     assert [view.target.weight for view in tour.views] == [2.7]
+
+
+def test_a_viewpoint_inside_a_wall_sees_beyond_it():
+    occupied = levels((0.95, 1.95, 1.1, 2.1), (2.5, 0.5, 2.6, 3.5)) == 0
+    (doubt,) = place_doubts([region(box=(319, 139, 2, 2))], {1: START}, CAMERA, occupied, GRID)
+    assert doubt.place[0] == pytest.approx(2.5, abs=0.06)
+
+
+def test_a_long_tour_is_planned_in_no_time_and_has_no_crossings():
+    rng = np.random.default_rng(5)
+    points = [(*rng.uniform((0.5, 0.5), (5.5, 3.5)), 1.0) for _ in range(60)]
+    tour = plan_tour(terrain(), START, views_at(*points), 1000.0)
+    assert len(tour.views) == 60
+    stops = [(START.x, START.y), *((v.pose.x, v.pose.y) for v in tour.views)]
+    # A tour by nearest neighbours and 2-opt is about 0.75 sqrt(n area) long.
+    assert sum(math.dist(a, b) for a, b in pairwise(stops)) < 1.05 * math.sqrt(60 * 15)
