@@ -184,18 +184,23 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         responses={200: {"content": PNG}},
     )
     def get_layer(
-        pair_id: Id, layer: m.LayerName, run: str | None = None, v: str | None = None
+        pair_id: Id,
+        layer: m.LayerName,
+        run: str | None = None,
+        v: str | None = None,
+        judged: bool = True,
     ) -> Response:
-        """A layer as PNG; with `v` (the pair's version) the browser may keep it."""
+        """A layer as PNG; with `v` (the pair's version) the browser may keep it; `judged=false`
+        shows what the rule decided, without people's verdicts."""
         pair, chosen = pair_of_id(store, pair_id), choose_run(store, run)
         version = pair_overview(store, chosen.id, pair_id).version if chosen else "0"
         if layer == "ground_truth":
             newest = newest_revision(store, pair_id)
             version = f"r{newest.number if newest else 0}"
-        key = (pair_id, layer, version)
+        key = (pair_id, layer, version, judged)
         picture = pictures.get(key)
         if picture is None:
-            picture = draw_layer(store, pair, chosen, layer)
+            picture = draw_layer(store, pair, chosen, layer, judged=judged)
             pictures.put(key, picture)
         keep = "private, max-age=86400" if v == version else "no-store"
         return Response(picture, media_type="image/png", headers={"Cache-Control": keep})

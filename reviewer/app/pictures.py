@@ -10,6 +10,7 @@ from __future__ import annotations
 import colorsys
 import io
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -39,8 +40,13 @@ TRUTH = (0, 214, 143)
 KEEP_STOPS = ((0.0, (70, 170, 255)), (0.5, (255, 214, 64)), (1.0, (255, 64, 90)))
 
 
-def draw_layer(store: Store, pair: Pair, run: Run | None, layer: str) -> bytes:
+def draw_layer(
+    store: Store, pair: Pair, run: Run | None, layer: str, *, judged: bool = True
+) -> bytes:
     """Return a layer as PNG bytes.
+
+    Args:
+        judged: with people's verdicts in place of the rule's decisions, where there are any.
 
     Raises:
         NotFound: when the layer needs a run or a stage that is not there.
@@ -56,7 +62,8 @@ def draw_layer(store: Store, pair: Pair, run: Run | None, layer: str) -> bytes:
         return _png(_overlay(decode_rle(revision.mask), TRUTH))
     if run is None:
         raise NotFound(f"layer {layer}: needs a run; run the pipeline or import layers first")
-    return _png(DRAWERS[layer](store, pair, run))
+    drawers = DRAWERS if judged else {**DRAWERS, **AS_DECIDED}
+    return _png(drawers[layer](store, pair, run))
 
 
 def _file(path: Path) -> bytes:
@@ -119,7 +126,7 @@ def _objects(side: Side) -> Callable[[Store, Pair, Run], Rgba]:
     return draw
 
 
-def _doi(store: Store, pair: Pair, run: Run) -> Rgba:
+def _doi(store: Store, pair: Pair, run: Run, *, judged: bool = True) -> Rgba:
     """Regions coloured by DoI, hatched where the outcome is to adopt the object."""
     detection = load_detection(store, run.id, pair.id)
     regions = load_regions(store, run.id, pair.id)
@@ -138,17 +145,22 @@ def _doi(store: Store, pair: Pair, run: Run) -> Rgba:
         mask = parts if thing is None else parts | thing
         colour = doi_colour(stored.region.doi)
         picture[mask] = (*colour, 140)
-        if stored.outcome == "adopt":
+        outcome = stored.outcome if judged else stored.region.choice
+        if outcome == "adopt":
             picture[mask & hatch] = (*colour, 245)
-        elif stored.outcome == "reject":
+        elif outcome == "reject":
             picture[mask] = (130, 130, 130, 110)
         picture[_rim(mask)] = (*colour, 255)
     return picture
 
 
-def _prediction(store: Store, pair: Pair, run: Run) -> Rgba:
+def _prediction(store: Store, pair: Pair, run: Run, *, judged: bool = True) -> Rgba:
     """The final mask: the audited one where people gave verdicts."""
-    rle = load_final_mask(store, run.id, pair.id)
+    rle = (
+        load_final_mask(store, run.id, pair.id)
+        if judged
+        else load_prediction(store, run.id, pair.id, "doi")
+    )
     if rle is None:
         raise NotFound(f"pair {pair.title}: not integrated in run {run.name}")
     return _overlay(decode_rle(rle), PREDICTION)
@@ -163,6 +175,11 @@ DRAWERS: dict[str, Callable[[Store, Pair, Run], npt.NDArray[np.uint8]]] = {
     "doi": _doi,
     "prediction": _prediction,
 }
+AS_DECIDED: dict[str, Callable[[Store, Pair, Run], npt.NDArray[np.uint8]]] = {
+    "doi": partial(_doi, judged=False),
+    "prediction": partial(_prediction, judged=False),
+}
+"""As the rule decided: what somebody may see who gives a second opinion."""
 
 
 def doi_colour(doi: float) -> tuple[int, int, int]:

@@ -284,6 +284,13 @@ def _train_on_truth(
         f"{len(labelled)} pairs with ground truth ({len(without)} without), warped by"
         f" {warper.name}; folds by {folding.by}: {', '.join(fold.name for fold in folds)}"
     )
+    for fold in folds:
+        past = [{pair.reference.sha256 for pair in pairs} for pairs in (fold.train, fold.test)]
+        if past[0] & past[1]:
+            typer.echo(
+                f"fold {fold.name}: {len(past[0] & past[1])} of its reference images are trained on"
+                " as well, with other live images"
+            )
     with progress_bar(order.title) as bar:
         maps = fit_folds(
             store,

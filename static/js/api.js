@@ -74,7 +74,8 @@ export const api = {
   /** @param {string | null} run @param {string} order @param {string} opinion */
   auditQueue: (run, order, opinion) => {
     const query = new URLSearchParams({ limit: "1000", order, opinion, ...(run ? { run } : {}) });
-    return call(`/api/audit-queue?${query}`);
+    // The first time, what flipping gains is counted from the masks.
+    return call(`/api/audit-queue?${query}`, { signal: AbortSignal.timeout(6 * PATIENCE_MS) });
   },
   reasons: () => call("/api/reasons"),
   /** @param {string[]} reasons */
@@ -89,10 +90,12 @@ export const api = {
   label: (id, run, number, label) => call(`/api/pairs/${id}/labels/${number}`, send("PUT", { run, label })),
   /** @param {number} region @param {string} verdict @param {{reason: string, comment: string}} why */
   audit: (region, verdict, why) => call(`/api/regions/${region}/audit`, send("POST", { verdict, ...why })),
-  /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer */
-  layerUrl: (pair, layer) => {
+  /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer
+   * @param {boolean} [judged] with people's verdicts */
+  layerUrl: (pair, layer, judged = true) => {
     const query = new URLSearchParams({ v: pair.version });
     if (pair.run) query.set("run", pair.run);
+    if (!judged && ["doi", "prediction"].includes(layer)) query.set("judged", "false");
     return `/api/pairs/${pair.id}/layers/${layer}.png?${query}`;
   },
 };

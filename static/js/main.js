@@ -55,7 +55,7 @@ const side = new Side(state, desk, masks, { selected: showSelected, attempt, not
   shown: (action) => keymap.shown(action), redraw: () => view.ask() });
 const pictures = new Pictures(() => view.ask());
 const panes = new Panes($("panes"), choosePane, () => { if (state.fitted) fitAll(); view.ask(); });
-const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pair, layer) : "";
+const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pair, layer, !state.second) : "";
 const view = new View(state, panes, masks, pictures, url);
 const modes = new Modes(state, desk, side, { open, settings, notice, shown: (action) => keymap.shown(action),
   reveal: () => state.reveal(localStorage, person), redraw: () => showPair(false),
@@ -255,7 +255,7 @@ async function fillRuns() {
 async function loadAhead(id) {
   const pair = await api.pair(id, state.run);
   for (const name of new Set(state.layers.flatMap((l) => [LAYERS[l].base, LAYERS[l].overlay]))) {
-    if (name && pair.layers.includes(name)) pictures.get(api.layerUrl(pair, name));
+    if (name && pair.layers.includes(name)) pictures.get(api.layerUrl(pair, name, !state.second));
   }
 }
 

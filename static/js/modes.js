@@ -7,7 +7,7 @@
  *   next: ask for the pair after or before, false when the server cannot be reached
  */
 import { AuditWalk } from "./audit_walk.js";
-import { $ } from "./chrome.js";
+import { $, waiting } from "./chrome.js";
 
 export const MODES = ["correct", "blind", "audit"];
 
@@ -32,7 +32,8 @@ export class Modes {
     $("walk").textContent = "";
     if (mode === "audit") {
       state.source = "region";
-      await walk.begin(state.run, state.walkOrder, state.walkOpinion);
+      waiting("looking for regions…");
+      await walk.begin(state.run, state.walkOrder, state.walkOpinion).finally(() => waiting(""));
       parts.settings();
       if (!walk.stops.length) parts.notice(state.walkOpinion === "first"
         ? "Every region of this run has a verdict." : "No region waits for a second opinion of yours.");

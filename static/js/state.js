@@ -112,11 +112,16 @@ export class State {
     return this.mode === "blind" && !this.blind;
   }
 
+  /** Whether the person gives second opinions, and must not see the first. */
+  get second() {
+    return this.mode === "audit" && this.walkOpinion === "second";
+  }
+
   /** The regions as this person may see them: a second opinion is given without seeing the first.
    * @returns {Region[]} */
   get regions() {
     const regions = this.pair?.regions ?? [];
-    if (this.mode !== "audit" || this.walkOpinion !== "second") return regions;
+    if (!this.second) return regions;
     return regions.map((region) => region.audited_by === this.annotator ? region
       : { ...region, verdict: null, audited_by: null, verdict_reason: "", comment: "" });
   }

@@ -27,6 +27,20 @@ def test_a_second_opinion_is_asked_for_what_others_judged(client, db, run):
     assert walk(client, opinion="second") == []
 
 
+def test_a_second_opinion_can_look_without_seeing_the_first(client, db, run):
+    region = client.get("/api/pairs/1").json()["regions"][0]["id"]
+
+    def layer(name, judged):
+        query = {"judged": judged}
+        return client.get(f"/api/pairs/1/layers/{name}.png", params=query).content
+
+    before = {name: layer(name, True) for name in ("doi", "prediction", "detector")}
+    give_verdict(db, region, annotator_id(db, "Bob"), "reject")
+    for name in ("doi", "prediction"):
+        assert layer(name, True) != before[name] == layer(name, False)
+    assert layer("detector", False) == before["detector"]
+
+
 def test_a_verdict_keeps_its_reason_and_comment(client, run):
     region = walk(client)[0]["region"]
     said = {"verdict": "keep", "reason": "bad alignment", "comment": "the shelf moved"}
