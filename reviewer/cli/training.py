@@ -42,7 +42,9 @@ PrecisionName = Literal["auto", "float32", "bfloat16"]
 @app.command()
 def train(
     detector: Annotated[DetectorName, typer.Argument(help="Which net.")],
-    name: Annotated[str | None, typer.Option(help="Name of the training; else the net's.")] = None,
+    name: Annotated[
+        str | None, typer.Option(help="Name of the training; else the net's, or NET-truth.")
+    ] = None,
     from_ground_truth: Annotated[
         bool,
         typer.Option(
@@ -143,7 +145,7 @@ def train(
     if backbone is None and start is None:
         typer.echo("encoders start from random weights (--backbone-weights takes a ResNet-18)")
     order = Order(
-        name or detector,
+        name or (f"{detector}-truth" if from_ground_truth else detector),
         settings,
         [each for text in split or [] for each in text.split(",")],
         backbone,
