@@ -46,8 +46,8 @@ def export_yolo(labelled: Sequence[Labelled], target: Path, selection: Selection
             ("train" if "train" in there else "val"),
             ("val" if "val" in there else "train"),
         )
-        about = {"path": ".", "train": f"images/{train}", "val": f"images/{val}",
-                 "names": ["change"]}  # fmt: skip
+        # Without a path of its own, Ultralytics takes the folder of this file.
+        about = {"train": f"images/{train}", "val": f"images/{val}", "names": ["change"]}
         return {"data.yaml": yaml.safe_dump(about, sort_keys=False).encode()}
 
     settings = {**selection.record(), "validation_every": VALIDATION_EVERY}
