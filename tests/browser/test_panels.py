@@ -45,3 +45,15 @@ def test_scores_follow_the_protocol_and_the_report_is_downloaded(server, visit):
         page.get_by_text("Report as one HTML page").click()
     text = Path(download.value.path()).read_text()
     assert "F is averaged over images (empty and rightly so: skip)" in text
+
+
+@pytest.mark.parametrize("width", [1120, 1280, 1680])
+def test_nothing_of_the_workbench_is_pushed_out_of_its_frame(server, visit, width):
+    page, frame = visit("Ada")
+    page.set_viewport_size({"width": width, "height": 800})
+    frame.select_option("#mode", "audit")
+    expect(frame.locator("#walk")).to_contain_text("1 of")
+    assert frame.evaluate("document.body.scrollWidth <= window.innerWidth")
+    assert (
+        frame.locator("#toolbox").bounding_box()["x"] >= frame.frame_element().bounding_box()["x"]
+    )
