@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from reviewer.errors import NotFound
 from reviewer.export.selection import Labelled, Selection
-from reviewer.export.writing import Files, Part, read_image, write_export
+from reviewer.export.writing import Files, Part, fitting_shard, read_image, write_export
 from reviewer.masks import decode_rle, encode_png
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ def export_huggingface(
         raise NotFound(
             "export huggingface: needs datasets, install reviewer[huggingface]"
         ) from error
+    pairs_a_file = fitting_shard(labelled, pairs_a_file)
     shards = [labelled[k : k + pairs_a_file] for k in range(0, len(labelled), pairs_a_file)]
     features = _features(datasets)
     parts = []

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from reviewer.errors import InvalidInput
 from reviewer.export.selection import Labelled, Selection
-from reviewer.export.writing import Files, Part, read_image, write_export
+from reviewer.export.writing import Files, Part, fitting_shard, read_image, write_export
 from reviewer.masks import decode_rle, encode_png
 
 PAIRS_A_SHARD = 256
@@ -36,6 +36,7 @@ def export_webdataset(
         NotFound: when an image is gone.
         InvalidInput: for a pair whose name holds a full stop, which ends a key.
     """
+    pairs_a_shard = fitting_shard(labelled, pairs_a_shard)
     settings = {**selection.record(), "pairs_a_shard": pairs_a_shard}
     parts = [
         Part(name, items, partial(_shard, name, items), {"shard": name})

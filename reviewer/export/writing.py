@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
+from os import cpu_count
 from pathlib import Path
 from threading import Lock
 from typing import Any, TextIO
@@ -29,6 +30,8 @@ from reviewer.export.selection import Labelled
 from reviewer.records import Image
 
 JOURNAL = ".journal.jsonl"
+SHARD_PX = 80_000_000
+"""Pixels of live images in a shard: 256 pairs of 640x480, six of 12 megapixels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +74,12 @@ def pair_parts(
         return Part(item.pair.title, (item,), lambda: files(item), {}, made_with(item))
 
     return [part(item) for item in labelled]
+
+
+def fitting_shard(labelled: Sequence[Labelled], most: int) -> int:
+    """Return how many pairs a shard takes, at most `most`: a shard is made in memory."""
+    largest = max((item.mask.height * item.mask.width for item in labelled), default=1)
+    return max(1, min(most, SHARD_PX // largest))
 
 
 def write_export(
@@ -120,7 +129,10 @@ def _write(
     work = target.parent / f".{target.name}.partial"
     kept = _take_up(work, {"form": form, "settings": dict(settings), "reviewer": __version__})
     lock, owner = Lock(), dict[str, str]()
-    with (work / JOURNAL).open("a", encoding="utf-8") as journal, ThreadPoolExecutor() as pool:
+    with (
+        (work / JOURNAL).open("a", encoding="utf-8") as journal,
+        ThreadPoolExecutor(cpu_count() or 1) as pool,
+    ):
 
         def write(part: Part) -> list[dict[str, Any]]:
             known = kept.get(part.name)

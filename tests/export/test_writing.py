@@ -9,7 +9,7 @@ from filelock import FileLock
 
 from reviewer.errors import Conflict, InvalidInput
 from reviewer.export.selection import Selection, select_labelled
-from reviewer.export.writing import Copy, Part, pair_parts, write_export
+from reviewer.export.writing import Copy, Part, fitting_shard, pair_parts, write_export
 from reviewer.export.yolo import export_yolo
 
 ALL = Selection()
@@ -107,3 +107,11 @@ def test_the_manifest_names_what_is_about_all_pairs_too(labelled, tmp_path, monk
     manifest = json.loads((tmp_path / "set" / "inner" / "manifest.json").read_text())
     assert list(manifest["files"]) == ["a/b.txt"] and len(manifest["pairs"]) == 3
     assert (tmp_path / "set" / "inner" / "a" / "b.txt").read_bytes() == b"hi"
+
+
+def test_a_shard_of_large_pictures_holds_few(labelled):
+    assert fitting_shard(labelled, 256) == 256
+    large = replace(labelled[0], mask=replace(labelled[0].mask, height=3000, width=4000))
+    assert fitting_shard([*labelled, large], 256) == 6
+    huge = replace(labelled[0], mask=replace(labelled[0].mask, height=20000, width=20000))
+    assert fitting_shard([huge], 256) == 1
