@@ -11,13 +11,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
-import numpy as np
-
 from reviewer.atomic import whole_file
 from reviewer.crossfit.folds import FoldData
 from reviewer.dataset.files import read_rgb
 from reviewer.models.net_detector import NetDetector
+from reviewer.pipeline.fields import probability_png
 from reviewer.pipeline.stored import warped_reference
 from reviewer.records import Run
 from reviewer.store.database import Store
@@ -85,7 +83,5 @@ def _judge(
     for pair in each.fold.test:
         warped, valid = warped_reference(store, warper, pair)
         probability = detector.detect(warped, read_rgb(pair.live.path), valid)
-        ok, data = cv2.imencode(".png", np.round(probability * 255).astype(np.uint8))
-        assert ok, "OpenCV refused a plain grey image"
         with whole_file(maps / pair.split / f"{pair.name}.png") as file:
-            file.write(data.tobytes())
+            file.write(probability_png(probability))

@@ -43,7 +43,8 @@ def telling_pairs(store: Store, run: Run, count: int) -> list[str]:
     Where it loses nowhere, those with the lowest F take their place. Pairs without change in which
     nothing was found tell nothing.
     """
-    base, doi = (_scores(store, run, method) for method in ("base", "doi"))
+    scores = _scores(store, run)
+    base, doi = scores["base"], scores["doi"]
     both = sorted(base.keys() | doi.keys())
     base, doi = ({title: found.get(title, 0.0) for title in both} for found in (base, doi))
     by_gain = sorted(both, key=lambda title: (base[title] - doi[title], title))
@@ -53,14 +54,14 @@ def telling_pairs(store: Store, run: Run, count: int) -> list[str]:
     return gains + losses
 
 
-def _scores(store: Store, run: Run, method: Method) -> dict[str, float]:
-    """Return F of the pairs that have one of their own, by title."""
+def _scores(store: Store, run: Run) -> dict[Method, dict[str, float]]:
+    """Return F of the pairs that have one of their own, by method and title."""
     title = {pair.id: pair.title for pair in list_pairs(store)}
-    return {
-        title[score.pair_id]: f_score(score.counts)
-        for score in pair_scores(store, run.name)
-        if score.method == method and score.counts.tp + score.counts.fp + score.counts.fn
-    }
+    found: dict[Method, dict[str, float]] = {method: {} for method in METHOD_TITLE}
+    for score in pair_scores(store, run.name):
+        if score.counts.tp + score.counts.fp + score.counts.fn:
+            found[score.method][title[score.pair_id]] = f_score(score.counts)
+    return found
 
 
 @rc_context({"text.parse_math": False})  # names of runs may hold a dollar
@@ -81,7 +82,7 @@ def draw_rows(
     size = (CELL * len(columns), CELL * height / width * len(pairs) + 0.75)
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(len(pairs), len(columns), squeeze=False)
-    scores = {(run.name, method): _scores(store, run, method) for run in runs for method in methods}
+    scores = {run.name: _scores(store, run) for run in runs}
     for row, pair in zip(grid, pairs, strict=True):
         cells = _cells(store, runs, methods, pair, scores)
         for axes, (cell, note) in zip(row, cells, strict=True):
@@ -117,7 +118,7 @@ def _cells(
     runs: Sequence[Run],
     methods: Sequence[Method],
     pair: Pair,
-    scores: Mapping[tuple[str, Method], Mapping[str, float]],
+    scores: Mapping[str, Mapping[Method, Mapping[str, float]]],
 ) -> list[tuple[Image | None, str]]:
     revision = newest_revision(store, pair.id)
     if revision is None:
@@ -144,7 +145,7 @@ def _cells(
             if mask is None:
                 cells.append((None, ""))
                 continue
-            score = scores[run.name, method].get(pair.title)
+            score = scores[run.name][method].get(pair.title)
             note = "rightly empty" if score is None else f"F {score:.2f}"
             cells.append((overlaid(live, mask, truth, ignore)[rows, columns], note))
     return cells

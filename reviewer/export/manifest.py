@@ -12,12 +12,8 @@ from reviewer import __version__
 from reviewer.export.selection import Labelled
 
 
-def pair_entry(item: Labelled, files: Mapping[str, bytes | str]) -> dict[str, Any]:
-    """Return a pair's line: where its mask comes from, and the hash of every file.
-
-    Args:
-        files: content, or a hash that is known already, by path in the export.
-    """
+def pair_entry(item: Labelled, files: Mapping[str, str]) -> dict[str, Any]:
+    """Return a pair's line: where its mask comes from, and the hash of every file by its path."""
     pair = item.pair
     return {
         "pair": pair.title,
@@ -27,10 +23,7 @@ def pair_entry(item: Labelled, files: Mapping[str, bytes | str]) -> dict[str, An
         "live_sha256": pair.live.sha256,
         "reference": pair.reference.name,
         "reference_sha256": pair.reference.sha256,
-        "files": {
-            path: content if isinstance(content, str) else hashlib.sha256(content).hexdigest()
-            for path, content in files.items()
-        },
+        "files": dict(files),
     }
 
 

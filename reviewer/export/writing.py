@@ -135,13 +135,13 @@ def _write(
     ):
 
         def write(part: Part) -> list[dict[str, Any]]:
-            known = kept.get(part.name)
-            if known and known["of"] == _made_of(part) and _intact(work, known["files"]):
+            known, of = kept.get(part.name), _made_of(part)
+            if known and known["of"] == of and _intact(work, known["files"]):
                 hashes = known["files"]
                 _claim(hashes, part, owner, lock)
             else:
                 hashes = _write_files(work, part, owner, lock)
-                line = {"part": part.name, "of": _made_of(part), "files": hashes}
+                line = {"part": part.name, "of": of, "files": hashes}
                 with lock:
                     _note(journal, line)
             # The files of a shard are those of its first pair, so that each is named once.

@@ -99,11 +99,24 @@ def store_detection(probability: Field, threshold: float) -> StoredDetection:
 
     The mask is taken from the 8-bit values, so that map and mask never contradict each other.
     """
-    levels = np.round(np.clip(probability, 0, 1) * 255).astype(np.uint8)
+    levels = _levels(probability)
+    mask: Mask = levels > threshold * 255
+    return StoredDetection(_grey_png(levels), threshold, encode_rle(mask))
+
+
+def probability_png(probability: Field) -> bytes:
+    """Return a probability map as it is kept: an 8-bit grey PNG, 255 = certainly changed."""
+    return _grey_png(_levels(probability))
+
+
+def _levels(probability: Field) -> np.ndarray:
+    return np.round(np.clip(probability, 0, 1) * 255).astype(np.uint8)
+
+
+def _grey_png(levels: np.ndarray) -> bytes:
     ok, data = cv2.imencode(".png", levels, [cv2.IMWRITE_PNG_COMPRESSION, 3])
     assert ok, "OpenCV refused a plain grey image"
-    mask: Mask = levels > threshold * 255
-    return StoredDetection(data.tobytes(), threshold, encode_rle(mask))
+    return data.tobytes()
 
 
 def load_probability(detection: StoredDetection) -> Field | None:

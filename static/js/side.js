@@ -109,8 +109,8 @@ export class Side {
     $("label-use").textContent = pair.reads_labels ? "searched for on both images" : "of what changed";
     drawLabels($("label-list"), pair.labels, (number, label) => this.on.attempt(this.relabel(number, label)));
     $("scores").hidden = state.blind;
-    const { audited, ...decided } = pair.scores;
-    drawScores($("scores"), state.second || !audited ? decided : pair.scores);
+    const { audited: _, ...decided } = pair.scores;
+    drawScores($("scores"), state.second ? decided : pair.scores);
   }
 
   /** Search the pair for another name. @param {number} number @param {string} label */
