@@ -9,6 +9,7 @@ import typer
 
 from reviewer.cli.options import app
 from reviewer.cli.training import DetectorName, PreprocessingName
+from reviewer.errors import InvalidInput
 
 
 @app.command()
@@ -26,6 +27,13 @@ def checkpoint(
     bn_mode: Annotated[
         Literal["eval", "batch"] | None,
         typer.Option(help="Batch norm by training, or by the pair at hand (public CSCDNet)."),
+    ] = None,
+    refinement: Annotated[
+        bool | None,
+        typer.Option(
+            "--refinement/--no-refinement",
+            help="TANet, DR-TANet: it was trained with refinement, which the file does not tell.",
+        ),
     ] = None,
     threshold: Annotated[float | None, typer.Option(help="Changed where p is above.")] = None,
     window: Annotated[
@@ -48,11 +56,19 @@ def checkpoint(
         "changed_class": changed_class,
         "window_px": window,
     }
+    if refinement is not None:
+        if "refinement" not in record.settings:
+            raise InvalidInput(f"--refinement: is about TANet and DR-TANet, not {record.net}")
+        given["settings"] = {**record.settings, "refinement": refinement}
+        given["assumed"] = ()
     record = replace(record, **{key: value for key, value in given.items() if value is not None})
     parameters = sum(p.numel() for p in module.parameters())
     typer.echo(f"{record.net}, width {record.width:g}, {parameters / 1e6:.2f} M parameters")
     for key, value in record.settings.items():
-        typer.echo(f"{key}: {value}")
+        assumed = " (assumed: the file does not tell)" if key in record.assumed else ""
+        typer.echo(f"{key}: {value}{assumed}")
+    if record.settings.get("relu") == "stage":
+        typer.echo("fitted by an early version, with one ReLU a stage; it keeps that arithmetic")
     typer.echo(f"preprocessing: {record.preprocessing}, bn_mode: {record.bn_mode}")
     windows = f"in windows of {record.window_px} pixels" if record.window_px else "whole"
     typer.echo(f"pictures are shown {windows}")

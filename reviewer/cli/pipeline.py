@@ -227,15 +227,18 @@ def run_stages(
 ) -> None:
     """Open the run, bring in the layers of `folders`, do the stages (of some pairs, if named); exit
     1 when pairs failed."""
-    from reviewer.pipeline.members import Members, build_members
+    from reviewer.pipeline.members import build_members
     from reviewer.pipeline.runner import prepare_run, run_pipeline, works_here
     from reviewer.store.pairs import pair_ids
     from reviewer.store.results import STAGES
 
-    members: Members | None = build_members(settings)
-    opened = prepare_run(store, name, settings, members)
-    if not works_here(engine, workers):
-        members = None  # every worker builds its own; the memory is needed for those
+    built = build_members(settings)
+    for remark in built.remarks():
+        typer.echo(remark)
+    opened = prepare_run(store, name, settings, built)
+    # Elsewhere every worker builds its own; the memory is needed for those.
+    members = built if works_here(engine, workers) else None
+    del built
     for place, folder in (folders or {}).items():
         _bring_in(store, opened, place, folder, split)
     with progress_bar(opened.name) as bar:

@@ -2,7 +2,7 @@
 
 Loads a local directory or a hub id. Preprocessing is done here, so neither torchvision nor the
 processors of `transformers` are needed: SAM scales the longest side and pads, SAM 2 squashes to a
-square. The encoder runs in bfloat16 where the processor is made for it; the small decoder always in
+square. The encoder runs in bfloat16 where the device is faster in it; the small decoder always in
 float32. Called by the registry for `--click sam:PATH` and `--click sam2:PATH`.
 
 Sources: Kirillov et al., Segment Anything (ICCV 2023); Ravi et al., SAM 2 (2024).
@@ -22,7 +22,7 @@ from transformers import Sam2Model, SamModel
 
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
-from reviewer.models.device import best_device, fingerprint, has_bfloat16
+from reviewer.models.device import Precision, best_device, choose_precision, fingerprint
 from reviewer.models.hub import load_pretrained
 from reviewer.models.interfaces import Candidate, Embedding, Image, Prompt
 
@@ -40,7 +40,7 @@ STD = torch.tensor([0.229, 0.224, 0.225]).view(1, 3, 1, 1)
 PROMPT_LOGIT = 10.0
 
 
-def sam_of_text(text: str, option: str, instead: str) -> SamClicks:
+def sam_of_text(text: str, option: str, instead: str, precision: Precision = "auto") -> SamClicks:
     """Return the model that "sam:PATH" or "sam2:PATH" names; PATH is a directory or a hub id.
 
     Raises:
@@ -50,24 +50,32 @@ def sam_of_text(text: str, option: str, instead: str) -> SamClicks:
     kind: Kind | None = next((known for known in CLASSES if known == name), None)
     if kind is None or not path:
         raise InvalidInput(f"{option}: must be sam:PATH or sam2:PATH, not {text!r}")
-    return SamClicks.load(kind, path, option, instead)
+    return SamClicks.load(kind, path, option, instead, precision)
 
 
 class SamClicks:
     """SAM or SAM 2 behind the click protocol; not thread-safe: one worker a device calls it."""
 
-    def __init__(self, kind: Kind, model: Any, name: str, device: str | None = None) -> None:
-        """Wrap a loaded model; `name` is where it came from."""
+    def __init__(self, kind: Kind, model: Any, name: str, precision: Precision = "auto") -> None:
+        """Wrap a loaded model; `name` is where it came from, `precision` is the encoder's."""
         self.kind = kind
-        self.device = device or best_device()
+        self.device = best_device()
+        self.precision = choose_precision(precision, self.device)
         self.model = model.eval().to(self.device)
         prompts = model.config.prompt_encoder_config
         self.side = int(prompts.image_size)
         self.mask_side = 4 * (self.side // int(prompts.patch_size))
-        self._id = f"{kind}-{Path(name).name}-{fingerprint(model)}"
+        self._id = f"{kind}-{Path(name).name}-{fingerprint(model)}-{self.precision}"
 
     @classmethod
-    def load(cls, kind: Kind, name: str, option: str = "", instead: str = INSTEAD) -> SamClicks:
+    def load(
+        cls,
+        kind: Kind,
+        name: str,
+        option: str = "",
+        instead: str = INSTEAD,
+        precision: Precision = "auto",
+    ) -> SamClicks:
         """Load a checkpoint from a local directory or by its hub id.
 
         Args:
@@ -79,11 +87,11 @@ class SamClicks:
         option = option or f"--click {kind}:{name}"
         types = MODEL_TYPES[kind]
         model = load_pretrained(CLASSES[kind], name, option, types=types, instead=instead)
-        return cls(kind, model, name)
+        return cls(kind, model, name, precision)
 
     @property
     def model_id(self) -> str:
-        """Kind, name, and a hash of the weights."""
+        """Kind, name, a hash of the weights, and the precision embeddings are made in."""
         return self._id
 
     @property
@@ -200,5 +208,4 @@ class SamClicks:
         return F.interpolate(masks, (height, width), mode="bilinear")
 
     def _fast(self) -> Any:
-        fast = self.device == "cuda" or has_bfloat16()
-        return torch.autocast(self.device, torch.bfloat16, enabled=fast)
+        return torch.autocast(self.device, torch.bfloat16, enabled=self.precision == "bfloat16")

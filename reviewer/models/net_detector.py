@@ -8,6 +8,7 @@ result does not depend on its company.
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import numpy.typing as npt
 import torch
 from torch import Tensor, nn
 
+from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
 from reviewer.models.device import Precision, best_device, check_weights, choose_precision
 from reviewer.models.interfaces import Field, Image, ModelFailed
@@ -46,6 +48,8 @@ class NetDetector:
         bn_mode: "eval" or "batch"; else as the checkpoint says.
         window: side of the windows in which large pictures are shown, pixels; 0 = whole; else as
             the checkpoint says (see `nets.windows`).
+        arithmetic: what else decides the probabilities, see `NetRecord.arithmetic`; where given,
+            the file must still say so.
         precision: "bfloat16" where the device is faster in it ("auto"), or as named.
         batch: most pairs at a time; 0 = 8 on a GPU, 1 on a processor or with bn_mode "batch".
     """
@@ -53,6 +57,7 @@ class NetDetector:
     net: str
     checkpoint: str
     weights: str = ""
+    arithmetic: Mapping[str, Any] = field(default_factory=dict)
     bn_mode: BatchNormMode | None = None
     window: int | None = None
     precision: Precision = "auto"
@@ -67,6 +72,7 @@ class NetDetector:
         """
         self._module, self.record = load_checkpoint(Path(self.checkpoint), self.net)
         self.weights = check_weights(self.checkpoint, self._module, self.weights)
+        self.arithmetic = _check_arithmetic(self.checkpoint, self.record, self.arithmetic)
         self._device = best_device()
         self.precision = choose_precision(self.precision, self._device)
         self.bn_mode = self.bn_mode or self.record.bn_mode
@@ -148,6 +154,19 @@ class NetDetector:
         with torch.inference_mode(), fast:
             logits = self._module(inputs)[..., :height, :width]
             return change_probability(logits, self.record.changed_class)
+
+
+def _check_arithmetic(
+    checkpoint: str, record: NetRecord, recorded: Mapping[str, Any]
+) -> dict[str, Any]:
+    found = record.arithmetic()
+    for name, value in recorded.items():
+        if found.get(name) != value:
+            raise InvalidInput(
+                f"{checkpoint}: says {name} {found.get(name)}, but this run began with {value};"
+                " give the new one a run of its own with --name"
+            )
+    return found
 
 
 def _use_batch_statistics(module: nn.Module) -> None:

@@ -39,6 +39,17 @@ class Members:
         }
         return {stage: settings_of(m) for stage, m in members.items() if m is not None}
 
+    def remarks(self) -> list[str]:
+        """Return what a checkpoint does not tell and is assumed, a sentence each."""
+        record = getattr(self.detector, "record", None)
+        if record is None:
+            return []
+        return [
+            f"{record.net}: {name} {record.settings[name]} is assumed; the file does not tell"
+            f" (`reviewer checkpoint FILE --{name} --save NEW` writes it down)"
+            for name in record.assumed
+        ]
+
     def threshold(self) -> float:
         """Return the probability above which the detector calls a pixel changed."""
         return float(getattr(self.detector, "threshold", PAPER_THRESHOLD))

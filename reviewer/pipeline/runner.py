@@ -70,18 +70,33 @@ def prepare_run(
     built = members or build_members(settings)
     threshold = built.threshold() if settings.threshold is None else settings.threshold
     settings = replace(settings, model_settings=built.settings(), threshold=threshold)
+    if name is not None:
+        return _open(store, name, settings)
+    for number in count(1):
+        chosen = settings.default_name() + (f"-{number}" if number > 1 else "")
+        with suppress(Conflict):
+            return _open(store, chosen, settings)
+    raise AssertionError("numbers do not end")
+
+
+def _open(store: Store, name: str, settings: PipelineSettings) -> Run:
+    """Open or make a run; one whose record lacks settings that came later is completed first."""
     names = {
         "aligner": settings.aligner,
         "detector": settings.detector,
         "segmenter": settings.segmenter,
     }
-    if name is not None:
-        return runs.open_run(store, name, names, settings.record(), current_versions())
-    for number in count(1):
-        chosen = settings.default_name() + (f"-{number}" if number > 1 else "")
-        with suppress(Conflict):
-            return runs.open_run(store, chosen, names, settings.record(), current_versions())
-    raise AssertionError("numbers do not end")
+    wanted = settings.record()
+    for run in runs.list_runs(store):
+        if run.name == name and run.settings != wanted:
+            known = PipelineSettings.of_record(run.settings)
+            models = {
+                stage: {**settings.model_settings.get(stage, {}), **own}
+                for stage, own in known.model_settings.items()
+            }
+            if replace(known, model_settings=models).record() == wanted:
+                runs.complete_settings(store, run.id, wanted)
+    return runs.open_run(store, name, names, wanted, current_versions())
 
 
 def run_pipeline(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,9 +35,7 @@ def open_run(
         if row:
             stored = json.loads(row["settings"])
             if stored != json.loads(text):
-                differing = sorted(
-                    k for k in {*stored, *settings} if stored.get(k) != settings.get(k)
-                )
+                differing = _differing(stored, json.loads(text))
                 raise Conflict(
                     f"run {name}: exists with another {', '.join(differing)};"
                     " give this one a name of its own with --name"
@@ -61,6 +59,24 @@ def open_run(
 
     key = store.write(work)
     return next(run for run in list_runs(store) if run.id == key)
+
+
+def complete_settings(store: Store, run_id: int, settings: Mapping[str, Any]) -> None:
+    """Write down what a run's record leaves open; the caller knows that nothing else differs."""
+    text = json.dumps(settings, sort_keys=True)
+    store.write(lambda db: db.execute("UPDATE runs SET settings = ? WHERE id = ?", [text, run_id]))
+
+
+def _differing(
+    stored: Mapping[str, Any], wanted: Mapping[str, Any], above: str = ""
+) -> Iterator[str]:
+    """Yield which settings differ, those of a member by its own name, with both values."""
+    for key in sorted({*stored, *wanted}):
+        first, second = stored.get(key), wanted.get(key)
+        if isinstance(first, dict) and isinstance(second, dict):
+            yield from _differing(first, second, f"{above}{key} ")
+        elif first != second:
+            yield f"{above}{key} ({first}, not {second})"
 
 
 def list_runs(store: Store) -> list[Run]:

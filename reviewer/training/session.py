@@ -14,8 +14,8 @@ Every file is replaced whole, so a kill or a full disk leaves the checkpoint bef
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -29,8 +29,9 @@ from reviewer.atomic import whole_file
 from reviewer.dataset.files import hash_file
 from reviewer.errors import Conflict, InvalidInput
 from reviewer.metrics import Counts, f_score, precision, recall
+from reviewer.models.device import best_device, choose_precision
 from reviewer.models.nets.backbone import load_backbone
-from reviewer.models.nets.build import build_net
+from reviewer.models.nets.build import build_net, full_settings, settings_of_record
 from reviewer.models.nets.checkpoints import (
     NetRecord,
     load_checkpoint,
@@ -98,6 +99,7 @@ def train(
         TrainingFailed: when the loss is not finite, or a checkpoint cannot be written (disk full);
             the folder keeps the last one.
     """
+    settings = replace(settings, precision=choose_precision(settings.precision, best_device()))
     torch.manual_seed(settings.seed)
     net = build_net(settings.net, settings.width, **settings.net_settings)
     identity = {"training": settings.record(), **data.parts()}
@@ -153,9 +155,10 @@ def _start_from(net: nn.Module, start: Path, settings: TrainingSettings, kind: s
             f"{start}: was fitted to ground truth (fold {fold}), so pairs that it has seen would be"
             " tested; start from a checkpoint that was trained on synthetic pairs"
         )
-    if record.width != settings.width or dict(record.settings) != dict(settings.net_settings):
+    own = full_settings(record.net, record.settings)
+    if record.width != settings.width or own != settings.net_settings:
         raise InvalidInput(
-            f"{start}: is a {record.net} of width {record.width:g} {dict(record.settings) or ''},"
+            f"{start}: is a {record.net} of width {record.width:g} {own or ''},"
             f" not of width {settings.width:g} {dict(settings.net_settings) or ''}"
         )
     if record.preprocessing != settings.preprocessing:
@@ -199,6 +202,7 @@ def _claim(folder: Path, identity: dict[str, dict[str, Any]]) -> None:
             file.write(text.encode())
         return
     known, wanted = json.loads(path.read_text(encoding="utf-8")), json.loads(text)
+    _complete(known["training"], wanted["training"])
     differing = [
         f"{part} {key}"
         for part in wanted
@@ -208,8 +212,23 @@ def _claim(folder: Path, identity: dict[str, dict[str, Any]]) -> None:
     if differing:
         raise Conflict(
             f"{folder}: holds a training with another {', '.join(differing[:6])};"
-            " give this one a name of its own with --name"
+            f" give this one a name of its own with --name{_precision_hint(known, wanted)}"
         )
+
+
+def _precision_hint(known: dict[str, Any], wanted: dict[str, Any]) -> str:
+    began, here = known["training"]["precision"], wanted["training"]["precision"]
+    if began == here:
+        return ""
+    return f" (it began in {began}, this would be {here}: --precision {began} goes on with it)"
+
+
+def _complete(known: dict[str, Any], wanted: Mapping[str, Any]) -> None:
+    """Write out what the record of an earlier version leaves open."""
+    recorded = settings_of_record(known["net"], known["net_settings"])
+    known["net_settings"] = full_settings(known["net"], recorded)
+    if known["precision"] == "auto":
+        known["precision"] = wanted["precision"]  # which it was has not been noted
 
 
 def _record(fit: Fit, identity: dict[str, dict[str, Any]], at: Validated, kind: str) -> NetRecord:

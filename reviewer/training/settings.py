@@ -8,6 +8,7 @@ from typing import Any
 
 from reviewer.errors import InvalidInput
 from reviewer.models.device import Precision
+from reviewer.models.nets.build import full_settings
 from reviewer.models.nets.pictures import Preprocessing
 
 PAPER: dict[str, dict[str, Any]] = {
@@ -29,7 +30,7 @@ class TrainingSettings:
     """How a net is fitted.
 
     Attributes:
-        net, width, net_settings: see `nets.build.build_net`.
+        net, width, net_settings: see `nets.build.build_net`; defaults are filled in.
         iterations, batch, lr, betas: of Adam; the rate falls linearly to 0.
         class_weights: of unchanged and changed pixels in the loss.
         crop_px: side of the squares that are cut out of reference images, at their own size.
@@ -63,6 +64,7 @@ class TrainingSettings:
         for name in ("iterations", "batch", "validate_every", "validation_pairs"):
             if getattr(self, name) < 1:
                 raise InvalidInput(f"training {name}: must be >= 1, but is {getattr(self, name)}")
+        object.__setattr__(self, "net_settings", full_settings(self.net, self.net_settings))
         if self.batch < 2:
             raise InvalidInput("training batch: batch norm needs at least 2 pairs, not 1")
         if self.crop_px < 64 or self.crop_px % 64:

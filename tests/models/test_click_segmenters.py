@@ -206,3 +206,12 @@ def test_missing_weights_are_an_error_and_not_random_numbers(folders, tmp_path):
     save_file(weights, path, {"format": "pt"})
     with pytest.raises(InvalidInput, match=r"1 weights are missing.*iou_token"):
         build_click_segmenter(f"sam:{tmp_path / 'torn'}")
+
+
+def test_embeddings_of_another_precision_are_other_ones(folders):
+    exact = SamClicks.load("sam2", str(folders["sam2"]), precision="float32")
+    coarse = SamClicks.load("sam2", str(folders["sam2"]), precision="bfloat16")
+    assert exact.model_id.endswith("-float32") and coarse.model_id.endswith("-bfloat16")
+    image = textured(0)
+    first, second = exact.embed(image, None), coarse.embed(image, None)
+    assert not np.array_equal(first["map0"], second["map0"])

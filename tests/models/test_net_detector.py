@@ -180,6 +180,7 @@ def test_a_run_s_settings_hold_what_decides_the_result(checkpoint):
     detector = open_detector("cdnet", {"checkpoint": str(checkpoint("cdnet"))})
     settings = settings_of(detector)
     assert sorted(settings) == [
+        "arithmetic",
         "batch",
         "bn_mode",
         "checkpoint",
@@ -202,3 +203,15 @@ def test_without_weights_the_way_out_is_named():
         open_detector("cscdnet")
     with pytest.raises(NotFound, match="no such checkpoint file"):
         open_detector("cscdnet", {"checkpoint": "gone.pt"})
+
+
+def test_what_a_record_says_is_held_to_as_the_weights_are(checkpoint, tmp_path):
+    refined, plain = checkpoint("dr-tanet"), tmp_path / "plain.pt"
+    content = torch.load(refined, weights_only=True)
+    content["record"]["settings"]["refinement"] = False
+    torch.save(content, plain)
+    began = settings_of(NetDetector("dr-tanet", str(refined)))
+    other = settings_of(NetDetector("dr-tanet", str(plain)))
+    assert began["weights"] == other["weights"] and began["arithmetic"] != other["arithmetic"]
+    with pytest.raises(InvalidInput, match="says refinement False, but this run began with True"):
+        open_detector("dr-tanet", {**began, "checkpoint": str(plain)})

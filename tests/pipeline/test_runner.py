@@ -1,5 +1,6 @@
 """The runner: results, resuming, failures, settings."""
 
+import json
 import re
 from dataclasses import replace
 
@@ -17,7 +18,7 @@ from reviewer.store.pairs import pair_ids
 from reviewer.store.regions import load_prediction, load_regions
 from reviewer.store.results import finished_pairs
 from reviewer.store.revisions import newest_revision
-from reviewer.store.runs import run_failures, run_of_name
+from reviewer.store.runs import complete_settings, run_failures, run_of_name
 
 
 @pytest.fixture
@@ -184,6 +185,24 @@ def test_without_a_name_other_settings_get_a_number(db, run):
     assert other.name == f"{run.name}-2"
     assert prepare_run(db, None, PipelineSettings(high=0.8)).id == other.id
     assert prepare_run(db, None, PipelineSettings()).id == run.id
+
+
+def test_a_conflict_names_a_member_s_setting_with_both_values(db, run):
+    other = PipelineSettings(model_settings={"detect": {"middle": 6.0}})
+    with pytest.raises(Conflict, match=r"another model_settings detect middle \(5.0, not 6.0\)"):
+        prepare_run(db, run.name, other)
+
+
+def test_a_run_of_an_earlier_version_goes_on_with_what_it_left_open(db, tiny_split, run):
+    early = json.loads(json.dumps(run.settings))
+    del early["touching_only"], early["model_settings"]["detect"]["middle"]
+    complete_settings(db, run.id, early)
+    assert prepare_run(db, run.name, PipelineSettings()).id == run.id
+    assert run_of_name(db, run.name).settings == run.settings
+    complete_settings(db, run.id, early)
+    with pytest.raises(Conflict, match="exists with another"):
+        prepare_run(db, run.name, PipelineSettings(touching_only=True))
+    assert run_of_name(db, run.name).settings == early
 
 
 def test_a_name_with_other_settings_is_a_conflict(db, run):

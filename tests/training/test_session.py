@@ -1,6 +1,7 @@
 """A training fits, goes on where it was stopped, and never loses its last checkpoint."""
 
 import csv
+import json
 import math
 
 import numpy as np
@@ -11,6 +12,7 @@ from scenes import textured
 from reviewer.errors import Conflict, InvalidInput
 from reviewer.masks import Mask
 from reviewer.metrics import Counts, count, f_score
+from reviewer.models import device
 from reviewer.models.net_detector import NetDetector
 from reviewer.models.nets import checkpoints
 from reviewer.models.nets.build import build_net
@@ -144,6 +146,29 @@ def test_a_folder_keeps_to_one_training(data, tmp_path):
     other = SyntheticData(data.references, data.bank, EASY, {"sha256": "another"})
     with pytest.raises(Conflict, match="another data sha256; give this one a name"):
         train(tmp_path / "a", settings(iterations=2), other)
+
+
+def test_the_precision_that_auto_stands_for_is_recorded(data, tmp_path, monkeypatch):
+    monkeypatch.setattr(device, "has_bfloat16", lambda: False)
+    train(tmp_path / "a", settings(iterations=2, precision="auto"), data)
+    noted = json.loads((tmp_path / "a" / "training.json").read_text())["training"]
+    assert noted["precision"] == "float32"
+    _, record = load_checkpoint(tmp_path / "a" / "last.pt")
+    assert record.training["training"]["precision"] == "float32"
+    monkeypatch.setattr(device, "has_bfloat16", lambda: True)  # the folder moves to a newer machine
+    with pytest.raises(Conflict, match=r"another training precision.*--precision float32 goes on"):
+        train(tmp_path / "a", settings(iterations=2, precision="auto"), data)
+    assert train(tmp_path / "a", settings(iterations=2), data).iteration == 2
+
+
+def test_a_training_begun_by_an_early_version_does_not_change_its_net(data, tmp_path):
+    train(tmp_path / "a", settings(net="tanet", iterations=2), data)
+    path = tmp_path / "a" / "training.json"
+    noted = json.loads(path.read_text())
+    noted["training"]["net_settings"] = {}  # as they were written down then
+    path.write_text(json.dumps(noted))
+    with pytest.raises(Conflict, match="another training net_settings"):
+        train(tmp_path / "a", settings(net="tanet", iterations=2), data)
 
 
 def test_a_finished_training_is_left_as_it_is(data, tmp_path):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import inspect
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from torch import nn
@@ -10,7 +11,7 @@ from torch import nn
 from reviewer.errors import InvalidInput
 from reviewer.models.nets.attention_mask import AttentionMask
 from reviewer.models.nets.cscdnet import CscdNet
-from reviewer.models.nets.tanet import DYNAMIC, TaNet
+from reviewer.models.nets.tanet import DYNAMIC, Relu, TaNet
 
 
 def _cscdnet(width: float) -> nn.Module:
@@ -27,14 +28,22 @@ def _cscdnet_attention(
     return CscdNet(width, attention=AttentionMask(level, strength, source))
 
 
-def _tanet(width: float, window: int = 3) -> nn.Module:
+def _tanet(
+    width: float, window: int = 3, refinement: bool = False, relu: Relu = "block"
+) -> nn.Module:
     if window < 1 or window % 2 == 0:
         raise InvalidInput(f"tanet window: must be odd and positive, but is {window}")
-    return TaNet(width, windows=(window,) * 4)
+    return TaNet(width, windows=(window,) * 4, refinement=refinement, relu=_relu(relu))
 
 
-def _dr_tanet(width: float) -> nn.Module:
-    return TaNet(width, windows=DYNAMIC, refinement=True)
+def _dr_tanet(width: float, refinement: bool = True, relu: Relu = "block") -> nn.Module:
+    return TaNet(width, windows=DYNAMIC, refinement=refinement, relu=_relu(relu))
+
+
+def _relu(name: Relu) -> Relu:
+    if name not in ("block", "stage"):
+        raise InvalidInput(f"net relu {name!r}: there are block, stage")
+    return name
 
 
 NETS: dict[str, Callable[..., nn.Module]] = {
@@ -46,12 +55,34 @@ NETS: dict[str, Callable[..., nn.Module]] = {
 }
 
 
+def full_settings(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings of a net with its defaults written out, as every record has them."""
+    parameters = inspect.signature(NETS[name]).parameters.values() if name in NETS else ()
+    defaults = {p.name: p.default for p in parameters if p.default is not p.empty}
+    return {**defaults, **settings}
+
+
+def untold_settings(name: str) -> dict[str, Any]:
+    """Return the defaults of those settings that neither keys nor shapes of a file tell."""
+    return {k: v for k, v in full_settings(name, {}).items() if k in ("refinement", "relu")}
+
+
+def settings_of_record(name: str, recorded: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the settings of a record, which an early version of this program may have written.
+
+    It wrote none of `refinement` and `relu`, and had one ReLU a stage (see `TaNet`).
+    """
+    untold = untold_settings(name)
+    return {**untold, **({"relu": "stage"} if untold else {}), **recorded}
+
+
 def build_net(name: str, width: float = 1.0, **settings: Any) -> nn.Module:
     """Return a net with random weights.
 
     Args:
         width: factor on its channels; 1 is the paper's net.
-        settings: `level`, `strength`, `source` of cscdnet-attention; `window` of tanet.
+        settings: `level`, `strength`, `source` of cscdnet-attention; `window` of tanet;
+            `refinement` and `relu` of tanet and dr-tanet.
 
     Raises:
         InvalidInput: for an unknown name or setting, or a value outside its range.

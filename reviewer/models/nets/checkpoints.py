@@ -20,7 +20,7 @@ from torch import Tensor, nn
 
 from reviewer.atomic import whole_file
 from reviewer.errors import InvalidInput, NotFound
-from reviewer.models.nets.build import build_net
+from reviewer.models.nets.build import build_net, settings_of_record, untold_settings
 from reviewer.models.nets.cscdnet import WINDOW
 from reviewer.models.nets.pictures import PREPROCESSINGS, Preprocessing
 from reviewer.models.nets.tanet import DYNAMIC
@@ -36,7 +36,8 @@ class NetRecord:
     """What is known of a net's weights.
 
     Attributes:
-        net, width, settings: see `build_net`.
+        net, width, settings: see `build_net`; of TANet and DR-TANet `refinement` and `relu` too,
+            which no key tells.
         preprocessing: see `pictures.prepare`.
         bn_mode: "eval" uses the statistics of training; "batch" those of the pair at hand, as the
             public CSCDNet test code does.
@@ -45,6 +46,7 @@ class NetRecord:
         window_px: side of the windows in which pictures are shown to the net; 0 = whole, as the
             public codes do.
         training: settings, seed, data hash and scores of the training; empty for public ones.
+        assumed: settings that a bare file does not tell and nobody has given.
     """
 
     net: str
@@ -56,8 +58,10 @@ class NetRecord:
     changed_class: int = 1
     window_px: int = 0
     training: Mapping[str, Any] = field(default_factory=dict)
+    assumed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "settings", {**untold_settings(self.net), **self.settings})
         if self.preprocessing not in PREPROCESSINGS:
             known = ", ".join(PREPROCESSINGS)
             raise InvalidInput(f"preprocessing {self.preprocessing!r}: there are {known}")
@@ -69,6 +73,14 @@ class NetRecord:
             raise InvalidInput(f"window_px: 0 or a multiple of 64, but is {self.window_px}")
         if self.changed_class not in (0, 1):
             raise InvalidInput(f"changed_class: must be 0 or 1, but is {self.changed_class}")
+
+    def arithmetic(self) -> dict[str, Any]:
+        """Return what decides, beside the weights, which probabilities a pair gets."""
+        return {
+            **self.settings,
+            "preprocessing": self.preprocessing,
+            "changed_class": self.changed_class,
+        }
 
 
 def save_checkpoint(path: Path, net: nn.Module, record: NetRecord) -> None:
@@ -112,7 +124,9 @@ def load_checkpoint(path: Path, expected: str | None = None) -> tuple[nn.Module,
         unknown = sorted(set(content["record"]) - known)
         if unknown:
             raise InvalidInput(f"{path}: record has {', '.join(unknown)}, unknown to this version")
-        record, state = NetRecord(**content["record"]), content["state"]
+        recorded, state = dict(content["record"]), content["state"]
+        recorded["settings"] = settings_of_record(recorded["net"], recorded["settings"])
+        record = NetRecord(**recorded)
     else:
         state = bare_state(content)
         record = identify(state, path)
@@ -178,9 +192,9 @@ def identify(state: State, path: Path) -> NetRecord:
         width = state["encoder1.conv1.weight"].shape[0] / 64
         sides = tuple(state[relative.format(k)].shape[3] for k in range(1, 5))
         if sides == DYNAMIC:
-            return NetRecord("dr-tanet", width)
+            return NetRecord("dr-tanet", width, assumed=("refinement",))
         if len(set(sides)) == 1:
-            return NetRecord("tanet", width, {"window": sides[0]})
+            return NetRecord("tanet", width, {"window": sides[0]}, assumed=("refinement",))
     raise InvalidInput(
         f"{path}: not a CSCDNet, CDNet, TANet or DR-TANet; looks like {describe(state)}"
     )

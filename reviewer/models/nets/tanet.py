@@ -5,12 +5,15 @@ answers (`temporal_attention`); the answers go down through strided convolutions
 light decoder. TANet has one window size at every stage; DR-TANet has 7, 5, 3, 1 and looks along the
 row and the column as well. The order of the two pictures matters.
 
-Parameter names are those of the public checkpoints (Herrccc/DR-TANet).
+Parameter names and arithmetic are those of the public code (Herrccc/DR-TANet). There a block
+returns its sum before and after a ReLU that works in place, so both are one tensor: what the
+attention sees lies behind the ReLU.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import torch
 from torch import Tensor, nn
@@ -20,6 +23,8 @@ from reviewer.models.nets.channels import scaled
 from reviewer.models.nets.temporal_attention import TemporalAttention
 
 DYNAMIC = (7, 5, 3, 1)
+Relu = Literal["block", "stage"]
+"""After which sums of the encoders a ReLU stands; see `TaNet`."""
 
 
 class TaNet(nn.Module):
@@ -34,6 +39,7 @@ class TaNet(nn.Module):
         *,
         windows: Sequence[int] = (3, 3, 3, 3),
         refinement: bool = False,
+        relu: Relu = "block",
         groups: int = 4,
     ) -> None:
         """Build the net with random weights.
@@ -42,11 +48,14 @@ class TaNet(nn.Module):
             width: factor on all channels; 1 is the paper's net.
             windows: side of the attention window at each stage, odd.
             refinement: attend to a column and a row as well.
+            relu: "block" is the public net, with a ReLU after every block. "stage" is what early
+                versions of this program computed: one ReLU between two stages, and the attention
+                sees what lies before it. Weights fitted to one make no sense to the other.
         """
         super().__init__()
         channels = scaled(width, 64, 128, 256, 512)
-        self.encoder1 = _Encoder(channels)
-        self.encoder2 = _Encoder(channels)
+        self.encoder1 = _Encoder(channels, relu)
+        self.encoder2 = _Encoder(channels, relu)
         # Both start alike, as they do from a backbone file: comparing needs one language.
         self.encoder2.load_state_dict(self.encoder1.state_dict())
         self.attention_module = _Attention(channels, windows, refinement, groups)
@@ -64,15 +73,19 @@ class TaNet(nn.Module):
 
 
 class _Encoder(nn.Module):
-    """ResNet-18 without its head; a stage's features are taken before its last ReLU."""
+    """ResNet-18 without its head; returns the features of its four stages."""
 
-    def __init__(self, channels: Sequence[int]) -> None:
+    def __init__(self, channels: Sequence[int], relu: Relu) -> None:
         super().__init__()
+        self.relu = relu
         self.conv1 = nn.Conv2d(3, channels[0], 7, stride=2, padding=3, bias=False)
         self.bn1 = nn.BatchNorm2d(channels[0])
         before = channels[0]
         for stage, after in enumerate(channels, start=1):
-            blocks = [_Block(before, after, 1 if stage == 1 else 2), _Block(after, after, 1)]
+            blocks = [
+                _Block(before, after, 1 if stage == 1 else 2, relu),
+                _Block(after, after, 1, relu),
+            ]
             self.add_module(f"layer{stage}", nn.Sequential(*blocks))
             before = after
         for module in self.modules():
@@ -84,17 +97,19 @@ class _Encoder(nn.Module):
         x = functional.max_pool2d(x, 3, stride=2, padding=1)
         features = []
         for stage in range(1, 5):
-            skip = self.get_submodule(f"layer{stage}")(x)
-            features.append(skip)
-            x = torch.relu(skip)
+            x = self.get_submodule(f"layer{stage}")(x)
+            features.append(x)
+            if self.relu == "stage":
+                x = torch.relu(x)
         return features
 
 
 class _Block(nn.Module):
-    """Basic residual block; the second of a stage leaves its last ReLU to the encoder."""
+    """Basic residual block; without a last ReLU of its own where the encoder has one a stage."""
 
-    def __init__(self, before: int, after: int, stride: int) -> None:
+    def __init__(self, before: int, after: int, stride: int, relu: Relu) -> None:
         super().__init__()
+        self.relu = relu
         self.conv1 = nn.Conv2d(before, after, 3, stride=stride, padding=1, bias=False)
         self.bn1 = nn.BatchNorm2d(after)
         self.conv2 = nn.Conv2d(after, after, 3, padding=1, bias=False)
@@ -109,7 +124,7 @@ class _Block(nn.Module):
         y = torch.relu(self.bn1(self.conv1(x)))
         y = self.bn2(self.conv2(y))
         summed: Tensor = y + (x if self.downsample is None else self.downsample(x))
-        return summed
+        return torch.relu(summed) if self.relu == "block" else summed
 
 
 class _Attention(nn.Module):

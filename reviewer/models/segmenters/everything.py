@@ -16,7 +16,7 @@ import numpy.typing as npt
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask, crop_to_box
 from reviewer.models.click_sam import DEFAULT_SAM, sam_of_text
-from reviewer.models.device import check_recorded
+from reviewer.models.device import Precision, check_recorded
 from reviewer.models.embeddings import EmbeddingCache, cache_folder
 from reviewer.models.interfaces import Embedding, Image, Instance, Objects, PairView
 from reviewer.models.segmenters.grounded import INSTEAD
@@ -40,6 +40,7 @@ class SamEverythingSegmenter:
         least_px: smaller masks are specks.
         most_share: larger masks, as a share of the image, are background.
         reference: "warped" or "raw", see `find_on_both`.
+        precision: of SAM's encoder, "bfloat16" where the device is faster in it ("auto").
         weights: fingerprint; where given, the checkpoint must still hold those.
     """
 
@@ -51,6 +52,7 @@ class SamEverythingSegmenter:
     least_px: int = 20
     most_share: float = 0.25
     reference: ReferenceFrame = "warped"
+    precision: Precision = "auto"
     weights: str = ""
 
     def __post_init__(self) -> None:
@@ -60,7 +62,10 @@ class SamEverythingSegmenter:
             raise InvalidInput(
                 f"sam-everything: points_per_side must be >= 1, but is {self.points_per_side}"
             )
-        self._sam = sam_of_text(self.sam, f"--segmenter sam-everything:{self.sam}", INSTEAD)
+        self._sam = sam_of_text(
+            self.sam, f"--segmenter sam-everything:{self.sam}", INSTEAD, self.precision
+        )
+        self.precision = self._sam.precision
         self.weights = check_recorded(
             "--segmenter sam-everything", self._sam.model_id, self.weights
         )

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reviewer.models.click_sam import DEFAULT_SAM, sam_of_text
-from reviewer.models.device import check_recorded
+from reviewer.models.device import Precision, check_recorded
 from reviewer.models.embeddings import EmbeddingCache, cache_folder
 from reviewer.models.interfaces import Image, Instance, Objects, PairView
 from reviewer.models.segmenters.grounding import GroundingDino
@@ -30,6 +30,7 @@ class GroundedSamSegmenter:
         sam: "sam:PATH" or "sam2:PATH", a directory or a hub id.
         box_threshold, text_threshold: see `GroundingDino.find`.
         reference: "warped" or "raw", see `find_on_both`.
+        precision: of SAM's encoder, "bfloat16" where the device is faster in it ("auto").
         weights: fingerprints of both; where given, the checkpoints must still hold those.
     """
 
@@ -38,6 +39,7 @@ class GroundedSamSegmenter:
     box_threshold: float = 0.3
     text_threshold: float = 0.25
     reference: ReferenceFrame = "warped"
+    precision: Precision = "auto"
     weights: str = ""
 
     def __post_init__(self) -> None:
@@ -49,7 +51,10 @@ class GroundedSamSegmenter:
         check_frame(self.reference)
         option = f"--segmenter grounded-sam, grounding={self.grounding}"
         self._dino = GroundingDino(self.grounding, option, INSTEAD)
-        self._sam = sam_of_text(self.sam, f"--segmenter grounded-sam:{self.sam}", INSTEAD)
+        self._sam = sam_of_text(
+            self.sam, f"--segmenter grounded-sam:{self.sam}", INSTEAD, self.precision
+        )
+        self.precision = self._sam.precision
         self.weights = check_recorded(
             "--segmenter grounded-sam", f"{self._dino.weights} {self._sam.model_id}", self.weights
         )

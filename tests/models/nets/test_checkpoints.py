@@ -1,14 +1,18 @@
 """Checkpoints: ours and the public ones load strictly; others are told what they look like."""
 
 import pickle
+from dataclasses import asdict
 
 import pytest
 import torch
+from seeded import filled, seeded_pictures
 from torch import nn
+from typer.testing import CliRunner
 
+from reviewer.cli import app
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.models.nets.backbone import load_backbone
-from reviewer.models.nets.checkpoints import NetRecord, load_checkpoint, save_checkpoint
+from reviewer.models.nets.checkpoints import FORMAT, NetRecord, load_checkpoint, save_checkpoint
 from reviewer.models.registry import build_detector
 
 WIDTH = 0.125
@@ -70,7 +74,11 @@ def test_a_public_checkpoint_is_told_by_keys_and_shapes(tmp_path, name, settings
     state = {f"module.{k}": v for k, v in net.state_dict().items() if "num_batches" not in k}
     torch.save(wrap(state), tmp_path / "00040000.pth")
     loaded, record = load_checkpoint(tmp_path / "00040000.pth")
-    assert (record.net, record.width, record.settings) == (name, WIDTH, settings)
+    assert (record.net, record.width) == (name, WIDTH)
+    # No key tells whether a TANet refines: the usual is assumed, and said to be.
+    untold = {"refinement": name == "dr-tanet", "relu": "block"} if "tanet" in name else {}
+    assert record.settings == {**untold, **settings}
+    assert record.assumed == (("refinement",) if untold else ())
     assert (record.preprocessing, record.threshold, record.changed_class) == ("bgr_128", 0.5, 1)
     loaded.eval(), net.eval()
     pictures = torch.randn(1, 6, 64, 64)
@@ -205,3 +213,50 @@ def test_another_backbone_is_refused(tmp_path, state, message):
     torch.save(state, tmp_path / "b.pth")
     with pytest.raises(InvalidInput, match=message):
         load_backbone(build_detector("dr-tanet", WIDTH), tmp_path / "b.pth")
+
+
+@pytest.mark.parametrize("name", ["tanet", "dr-tanet"])
+def test_a_checkpoint_of_an_early_version_gives_what_it_gave(tmp_path, name):
+    early = filled(build_detector(name, WIDTH, relu="stage"))
+    record = asdict(NetRecord(name, WIDTH))
+    del record["settings"]["relu"], record["settings"]["refinement"], record["assumed"]
+    torch.save(
+        {"format": FORMAT, "record": record, "state": early.state_dict()}, tmp_path / "early.pt"
+    )
+    loaded, found = load_checkpoint(tmp_path / "early.pt")
+    assert found.settings == {"refinement": name == "dr-tanet", "relu": "stage"}
+    pictures = seeded_pictures(64, 64)
+    assert torch.equal(loaded.eval()(pictures), early(pictures))
+    save_checkpoint(tmp_path / "again.pt", loaded, found)
+    assert load_checkpoint(tmp_path / "again.pt")[1] == found
+
+
+def test_a_record_without_settings_is_of_the_public_net(tmp_path):
+    save_checkpoint(tmp_path / "a.pt", build_detector("tanet", WIDTH), NetRecord("tanet", WIDTH))
+    assert load_checkpoint(tmp_path / "a.pt")[1].settings == {"refinement": False, "relu": "block"}
+
+
+def test_refinement_can_be_given_to_a_public_file(tmp_path):
+    public = filled(build_detector("dr-tanet", WIDTH, refinement=False))
+    torch.save(public.state_dict(), tmp_path / "public.pth")
+
+    def said(*words):
+        result = CliRunner().invoke(app, ["checkpoint", *words])
+        return result.exit_code, str(result.output) + str(result.exception or "")
+
+    code, text = said(str(tmp_path / "public.pth"))
+    assert code == 0 and "refinement: True (assumed: the file does not tell)" in text
+    path = tmp_path / "known.pt"
+    code, text = said(str(tmp_path / "public.pth"), "--no-refinement", "--save", str(path))
+    assert code == 0 and "refinement: False\n" in text
+    loaded, record = load_checkpoint(path)
+    assert record.assumed == () and record.settings["refinement"] is False
+    pictures = seeded_pictures(64, 64)
+    assert torch.equal(loaded.eval()(pictures), public(pictures))
+
+
+def test_refinement_is_no_setting_of_other_nets(tmp_path, cscdnet):
+    torch.save(cscdnet.state_dict(), tmp_path / "a.pth")
+    result = CliRunner().invoke(app, ["checkpoint", str(tmp_path / "a.pth"), "--refinement"])
+    assert isinstance(result.exception, InvalidInput)
+    assert "is about TANet and DR-TANet, not cscdnet" in str(result.exception)

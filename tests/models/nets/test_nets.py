@@ -2,7 +2,7 @@
 
 import pytest
 import torch
-from torch.nn import functional
+from references import attention
 
 from reviewer.errors import InvalidInput
 from reviewer.models.nets.attention_mask import AttentionMask, descriptor_energy, texture_energy
@@ -114,39 +114,13 @@ def test_bad_settings_are_told(name, settings, message):
         build_detector(name, **settings)
 
 
-def attention_by_unfolding(layer, past, present, side, groups):
-    """Temporal attention as its paper writes it, with the whole window unfolded."""
-    n, c, h, w = past.shape
-    pad = side // 2
-    q, k, v = layer.w_q(present), layer.w_k(past), layer.w_v(past)
-
-    def window(x, up, left):
-        padded = functional.pad(x, (left, left, up, up))
-        return padded.unfold(2, 2 * up + 1, 1).unfold(3, 2 * left + 1, 1)
-
-    def attend(keys, values):
-        keys = keys.reshape(n, groups, c // groups, h, w, -1)
-        values = values.reshape(n, groups, c // groups, h, w, -1)
-        weights = (q.view(n, groups, c // groups, h, w, 1) * keys).sum(2).softmax(-1)
-        return (weights[:, :, None] * values).sum(-1).reshape(n, c, h, w)
-
-    keys = window(k, pad, pad)
-    upper, lower = keys.chunk(2, dim=1)
-    keys = torch.cat([upper + layer.rel_h, lower + layer.rel_w], dim=1)
-    answer = attend(keys, window(v, pad, pad))
-    if layer.refinement:
-        answer = answer + attend(window(k, 0, side), window(v, 0, side))
-        answer = answer + attend(window(k, side, 0), window(v, side, 0))
-    return answer
-
-
 @pytest.mark.parametrize("side", [1, 3, 5])
 @pytest.mark.parametrize("refinement", [False, True])
 def test_temporal_attention_equals_the_unfolded_one(side, refinement):
     torch.manual_seed(side)
     layer = TemporalAttention(16, side, groups=4, refinement=refinement).double()
     past, present = torch.randn(2, 2, 16, 6, 7).double()
-    wanted = attention_by_unfolding(layer, past, present, side, groups=4)
+    wanted = attention(layer.state_dict(), past, present, side, 4, refinement)
     torch.testing.assert_close(layer(past, present), wanted)
 
 

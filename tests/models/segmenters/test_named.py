@@ -179,3 +179,10 @@ def test_sam3_finds_what_its_net_finds(folders):
         assert (thing.mask != mask).mean() < 1e-3
     assert {thing.label for thing in found} == {"pen"}
     assert segmenter.segment(view(labels=())).live == ()
+
+
+def test_the_precision_of_the_search_is_recorded_as_it_was(folders):
+    assert settings_of(grounded(folders))["precision"] in ("float32", "bfloat16")
+    coarse = settings_of(grounded(folders, precision="bfloat16"))
+    assert coarse["precision"] == "bfloat16" and coarse["weights"].endswith("-bfloat16")
+    assert settings_of(build_segmenter("grounded-sam", coarse)) == coarse
