@@ -59,6 +59,12 @@ def m007_reasons(db: Database) -> None:
     _run(db, "m007_reasons")
 
 
+@migrations()
+def m008_approvals(db: Database) -> None:
+    """Let ground truth be the revision that was approved or submitted, not the newest one."""
+    _run(db, "m008_approvals")
+
+
 def _run(db: Database, name: str) -> None:
     script = (SCRIPTS / f"{name}.sql").read_text(encoding="utf-8")
     mask = (SCRIPTS / "mask_columns.sql").read_text(encoding="utf-8").rstrip()

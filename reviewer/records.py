@@ -19,6 +19,11 @@ Side = Literal["live", "reference"]
 Method = Literal["base", "doi", "audited"]
 Verdict = Literal["agree", "adopt", "keep", "reject"]
 ReviewState = Literal["todo", "in_progress", "submitted", "approved", "confirmed_empty"]
+TeamState = Literal["todo", "in_progress", "waiting", "approved", "changed"]
+"""Where a pair stands for the team; "changed" = there is a newer revision than the approved one."""
+Standing = Literal["approved", "submitted", "confirmed_empty", "imported"]
+"""By what a mask counts as ground truth."""
+STANDINGS: tuple[Standing, ...] = ("approved", "submitted", "confirmed_empty", "imported")
 RevisionSource = Literal["import", "edit", "confirmed_empty", "api"]
 
 FINISHED: frozenset[str] = frozenset({"submitted", "approved", "confirmed_empty"})

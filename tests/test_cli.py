@@ -42,7 +42,7 @@ def test_from_import_to_export(folder):
     ran = call("run", "--name", "first")
     assert "run first: 3 pairs done, 0 were done before, 0 failed" in ran.output
     assert "0 pairs done, 3 were done before" in call("run", "--name", "first").output
-    rows = json.loads(call("evaluate", "--format", "json").output)
+    rows = json.loads(call("evaluate", "--format", "json").stdout)
     assert [(r["method"], r["split"]) for r in rows][-1] == ("doi", "mean")
     assert "with DoI" in call("evaluate").output
     assert "3 masks in out; 0 pairs" in call("export", "png", "out").output
@@ -58,7 +58,7 @@ def test_an_own_detector_is_brought_in(folder):
     assert "3 pairs got detection, 0 have none" in first.output, first.output
     ran = call("run", "all", "--name", "ours")
     assert "3 pairs done" in ran.output and "0 failed" in ran.output
-    rows = json.loads(call("evaluate", "--run", "ours", "--format", "json").output)
+    rows = json.loads(call("evaluate", "--run", "ours", "--format", "json").stdout)
     assert rows[0]["method"] == "base" and rows[0]["f_score"] == 1.0
 
 

@@ -17,7 +17,7 @@ from pydantic import BaseModel, ValidationError
 
 from reviewer.app import messages as m
 from reviewer.app.auditing import build_auditing
-from reviewer.app.details import choose_run, pair_detail
+from reviewer.app.details import choose_run, pair_detail, truth_info
 from reviewer.app.pictures import draw_layer
 from reviewer.app.pointing import build_pointing
 from reviewer.app.proposing import build_proposing
@@ -166,6 +166,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
             run_id=run.id if run else None,
             split=query.split,
             state=query.state,
+            team=query.team,
             order=query.order,
             limit=query.limit,
             offset=query.offset,
@@ -273,7 +274,11 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         person = annotator_id(store, annotator)
         change_state(store, pair_id, person, change.state, seen, change.active_seconds)
         newest = newest_revision(store, pair_id)
-        return m.StateReply(state=change.state, revision=newest.number if newest else 0)
+        return m.StateReply(
+            state=change.state,
+            revision=newest.number if newest else 0,
+            truth=truth_info(store, pair_id),
+        )
 
     return router
 

@@ -17,7 +17,7 @@ from threading import RLock
 from typing import Any
 
 from reviewer.app.details import choose_run
-from reviewer.records import ReviewState, Run
+from reviewer.records import ReviewState, Run, TeamState
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import Order, QueueEntry, list_queue
@@ -47,6 +47,7 @@ class Desk:
     run: str | None = None
     split: str | None = None
     state: ReviewState | None = None
+    team: TeamState | None = None
     order: Order = "name"
     only: frozenset[int] | None = None
     pair_id: int | None = None
@@ -102,6 +103,7 @@ class Desk:
             run_id=run.id if run else None,
             split=None if named else self.split,
             state=None if named else self.state,
+            team=None if named else self.team,
             order=self.order,
             pair_ids=pair_ids,
             limit=limit,

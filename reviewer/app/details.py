@@ -9,6 +9,7 @@ from reviewer.app.messages import (
     PairDetail,
     RegionInfo,
     ScoreInfo,
+    TruthInfo,
 )
 from reviewer.evaluation.outcomes import f_by_outcome, refresh_terms
 from reviewer.metrics import Counts, f_score, precision, recall
@@ -23,6 +24,7 @@ from reviewer.store.regions import load_regions
 from reviewer.store.reviews import review_state
 from reviewer.store.revisions import newest_revision
 from reviewer.store.scores import pair_counts
+from reviewer.store.truth import drawn_since, list_statements, standing_of_pair
 
 
 def choose_run(store: Store, name: str | None) -> Run | None:
@@ -35,6 +37,24 @@ def choose_run(store: Store, name: str | None) -> Run | None:
         return runs.run_of_name(store, name)
     known = runs.list_runs(store)
     return known[-1] if known else None
+
+
+def truth_info(store: Store, pair_id: int) -> TruthInfo | None:
+    """Return which revision counts, and who stands for it; None where none does."""
+    found = standing_of_pair(store, pair_id)
+    if found is None:
+        return None
+    number, standing = found
+    return TruthInfo(
+        revision=number,
+        standing=standing,
+        said_by=[
+            said.annotator
+            for said in list_statements(store, pair_id)
+            if (said.state, said.revision) == (standing, number)
+        ],
+        changed_by=drawn_since(store, pair_id, number),
+    )
 
 
 def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) -> PairDetail:
@@ -68,6 +88,7 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         viewpoint_distance=pair.viewpoint_distance,
         revision=revision.number if revision else 0,
         state=review_state(store, pair_id, annotator_id),
+        truth=truth_info(store, pair_id),
         run=run.name if run else None,
         layers=layers,
         version=seen.version if seen else "0",

@@ -8,7 +8,7 @@ from fastapi import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from reviewer.editing.proposals import Source
-from reviewer.records import ReviewState, Verdict
+from reviewer.records import ReviewState, Standing, TeamState, Verdict
 from reviewer.store.queue import Order
 from reviewer.store.walk import Opinion, WalkOrder
 
@@ -79,6 +79,7 @@ class PairSummary(Message):
     split: str
     name: str
     state: ReviewState
+    team: TeamState
     revision: int
     truth_px: int | None
     change_px: int | None
@@ -202,6 +203,16 @@ class LabelChange(Message):
     label: Annotated[str, Field(max_length=4000)]
 
 
+class TruthInfo(Message):
+    """The revision that counts as ground truth, by what it stands, who said so, and who has drawn
+    newer revisions since."""
+
+    revision: int
+    standing: Standing
+    said_by: list[str]
+    changed_by: list[str]
+
+
 class PairDetail(Message):
     """Everything the workbench needs to open a pair, but pixels."""
 
@@ -215,6 +226,7 @@ class PairDetail(Message):
     viewpoint_distance: float | None
     revision: int
     state: ReviewState
+    truth: TruthInfo | None
     run: str | None
     layers: list[LayerName]
     version: str
@@ -329,10 +341,11 @@ class StateChange(Message):
 
 
 class StateReply(Message):
-    """The state, and the newest revision ("confirmed empty" makes one)."""
+    """The state, the newest revision ("confirmed empty" makes one), and what counts now."""
 
     state: ReviewState
     revision: int
+    truth: TruthInfo | None
 
 
 class VerdictChange(Message):
@@ -360,6 +373,7 @@ class QueueQuery(Message):
 
     split: str | None = None
     state: ReviewState | None = None
+    team: TeamState | None = None
     order: Order = "name"
     run: str | None = None
     limit: Annotated[int, Field(ge=1, le=5000)] = 100

@@ -11,7 +11,7 @@ from typing import Any
 import viser
 
 from reviewer.app.desks import Desk
-from reviewer.records import ReviewState
+from reviewer.records import ReviewState, TeamState
 from reviewer.store.queue import ORDERS, Order, QueueEntry, list_progress
 from reviewer.store.runs import list_runs
 
@@ -23,6 +23,13 @@ STATE_TITLE: dict[ReviewState, str] = {
     "submitted": "submitted",
     "approved": "approved",
     "confirmed_empty": "confirmed empty",
+}
+TEAM_TITLE: dict[TeamState, str] = {
+    "todo": "nobody has begun",
+    "in_progress": "somebody is at it",
+    "waiting": "waiting for review",
+    "approved": "approved",
+    "changed": "changed since approved",
 }
 ORDER_TITLE: dict[Order, str] = {
     "name": "name",
@@ -69,7 +76,8 @@ class QueuePanel:
         runs = [run.name for run in list_runs(desk.store)]
         self._summary = gui.add_html("")
         split = gui.add_dropdown("Split", splits, initial_value=desk.split or ALL)
-        state = gui.add_dropdown("State", [ALL, *STATE_TITLE.values()], initial_value=ALL)
+        state = gui.add_dropdown("My state", [ALL, *STATE_TITLE.values()], initial_value=ALL)
+        team = gui.add_dropdown("Team", [ALL, *TEAM_TITLE.values()], initial_value=ALL)
         order = gui.add_dropdown("Order", list(ORDER_TITLE.values()), initial_value="name")
 
         @split.on_update
@@ -82,6 +90,12 @@ class QueuePanel:
             self._page = 0
             chosen = next((k for k, title in STATE_TITLE.items() if title == state.value), None)
             desk.filter(state=chosen)
+
+        @team.on_update
+        def _(_: Any) -> None:
+            self._page = 0
+            chosen = next((k for k, title in TEAM_TITLE.items() if title == team.value), None)
+            desk.filter(team=chosen)
 
         @order.on_update
         def _(_: Any) -> None:
@@ -149,7 +163,10 @@ class QueuePanel:
 def _row_label(entry: QueueEntry) -> str:
     doi = "" if entry.max_doi is None else f"  ·  DoI {entry.max_doi:.2f}"
     doubt = "  ⚠" if entry.doubt else ""
-    return f"{STATE_SIGN[entry.state]}  {entry.split}/{entry.name}{doi}{doubt}"
+    # What the team says of a pair matters where it is more than one's own sign tells.
+    told = entry.team in ("todo", "in_progress") or entry.team == entry.state
+    team = "" if told else f"  ·  {TEAM_TITLE[entry.team]}"
+    return f"{STATE_SIGN[entry.state]}  {entry.split}/{entry.name}{doi}{team}{doubt}"
 
 
 def _row_colour(entry: QueueEntry, *, dark: bool) -> tuple[int, int, int]:

@@ -12,10 +12,12 @@ import viser
 
 from reviewer.app.desks import Desk
 from reviewer.errors import ReviewerError
+from reviewer.evaluation.basis import TITLES, truth_basis
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.protocols import Empty, Group, Kind, Protocol, protocol_lines
 from reviewer.evaluation.report import report_page
 from reviewer.evaluation.tables import MEAN, short_row, table_a_rows
+from reviewer.records import Standing
 from reviewer.store.scores import pair_scores
 
 KINDS: dict[str, Kind] = {
@@ -24,6 +26,7 @@ KINDS: dict[str, Kind] = {
     "F of mean P and R": "mean_pr",
 }
 GROUPS: dict[str, Group] = {"split": "split", "workspace": "workspace", "object group": "group"}
+ALL = "all that counts"
 EMPTIES: dict[str, Empty] = {"left out": "skip", "1": "one", "0": "zero"}
 
 
@@ -43,10 +46,15 @@ class ScoresPanel:
                 tuple(EMPTIES),
                 hint="What an image without change in which nothing was found counts as",
             )
+            self._state = gui.add_dropdown(
+                "Ground truth",
+                (ALL, *TITLES.values()),
+                hint="Unfinished masks never score",
+            )
             self._text = gui.add_html("")
             self._report = gui.add_button("Report as one HTML page", visible=False)
         start.on_click(lambda _: self.draw())
-        for widget in (self._kind, self._group, self._empty):
+        for widget in (self._kind, self._group, self._empty, self._state):
             widget.on_update(lambda _: self.draw())
         self._report.on_click(lambda _: self._download())
 
@@ -57,26 +65,34 @@ class ScoresPanel:
             group=GROUPS[self._group.value],
         )
 
+    def _standings(self) -> tuple[Standing, ...]:
+        return tuple(standing for standing, title in TITLES.items() if title == self._state.value)
+
     def draw(self) -> None:
         """Count what is not counted yet, and show all runs."""
         store, run = self._desk.store, self._desk.chosen_run
         refresh_counts(store)
-        lines = protocol_lines(pair_scores(store), self._protocol())
+        standings = self._standings()
+        lines = protocol_lines(pair_scores(store, None, standings), self._protocol())
         self._report.visible = bool(lines)
+        basis = _line(f"Scored against the {html.escape(truth_basis(store, standings))}.")
         if not lines or run is None:
-            self._text.content = _line("No run has a prediction of a pair with ground truth.")
+            self._text.content = basis + _line(
+                "No run has a prediction of a pair with such a ground truth."
+            )
             return
         own = [line for line in lines if line.run == run.name]
         if not own:
             missing = f"Run {html.escape(run.name)} has no prediction of a pair with ground truth."
             self._text.content = (
-                _line("<b>Mean F</b>") + _table(table_a_rows(lines)) + _line(missing)
+                basis + _line("<b>Mean F</b>") + _table(table_a_rows(lines)) + _line(missing)
             )
             return
         one = [line for line in own if line.method == own[0].method and line.split != MEAN]
         ignored = sum(line.counts.ignored for line in one)
         self._text.content = (
-            _line("<b>Mean F</b>")
+            basis
+            + _line("<b>Mean F</b>")
             + _table(table_a_rows(lines))
             + _line(f"<b>{html.escape(run.name)}</b>; {ignored:,} ill-posed pixels are left out")
             + _table([short_row(line, self._group.value) for line in own])
@@ -85,7 +101,9 @@ class ScoresPanel:
     def _download(self) -> None:
         self._report.label = "Writing the report…"
         try:
-            page = report_page(self._desk.store, None, self._protocol(), lambda step: None)
+            page = report_page(
+                self._desk.store, None, self._protocol(), lambda step: None, self._standings()
+            )
             self._client.send_file_download("report.html", page.encode(), save_immediately=True)
         except ReviewerError as error:
             self._client.add_notification("No report", str(error), color="red")

@@ -23,7 +23,7 @@ from reviewer.errors import InvalidInput
 if TYPE_CHECKING:
     from reviewer.evaluation.protocols import Protocol
     from reviewer.evaluation.tables import Line
-    from reviewer.records import Run
+    from reviewer.records import Run, Standing
     from reviewer.store.database import Store
 
 StageName = Literal["align", "detect", "label", "search", "integrate", "all"]
@@ -127,6 +127,13 @@ def evaluate(
     ] = "skip",
     by: Annotated[GroupName, typer.Option(help="What a line is.")] = "split",
     weight: Annotated[WeightName, typer.Option(help="What the mean line weighs alike.")] = "groups",
+    state: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Only pairs whose ground truth is approved, submitted, confirmed_empty or"
+            " imported; repeatable. By default all of these; unfinished masks never score."
+        ),
+    ] = None,
     table_a: Annotated[
         bool, typer.Option("--table-a", help="One line a run: mean F without and with DoI.")
     ] = False,
@@ -152,15 +159,17 @@ def evaluate(
 ) -> None:
     """Print P, R and F; by default pixels pooled inside a split, unweighted mean over splits."""
     from reviewer.evaluation.protocols import Protocol
+    from reviewer.store.truth import check_standings
 
     chosen = Protocol(protocol, empty, weight, by)
+    standings = check_standings(state or (), "--state")
     with open_store(db) as store:
         if shapes:
             _print_shapes(store, run, format)
             return
         if report is not None:
-            _write_report(store, run, chosen, report)
-        lines = print_scores(store, run, format, chosen, table_a=table_a)
+            _write_report(store, run, chosen, standings, report)
+        lines = print_scores(store, run, format, chosen, standings, table_a=table_a)
         if figure_f is not None:
             _write_rows(store, run, pairs, rows, figure_f)
     if figure_e is not None:
@@ -169,14 +178,22 @@ def evaluate(
         draw_splits(lines, figure_e)
 
 
-def _write_report(store: Store, run: str | None, protocol: Protocol, path: Path) -> None:
+def _write_report(
+    store: Store,
+    run: str | None,
+    protocol: Protocol,
+    standings: Sequence[Standing],
+    path: Path,
+) -> None:
     from reviewer.atomic import whole_file
     from reviewer.evaluation.report import report_page
     from reviewer.store.runs import run_of_name
 
     if run is not None:
         run_of_name(store, run)
-    page = report_page(store, run, protocol, lambda step: typer.echo(f"report: {step}", err=True))
+    page = report_page(
+        store, run, protocol, lambda step: typer.echo(f"report: {step}", err=True), standings
+    )
     with whole_file(path) as file:
         file.write(page.encode())
     typer.echo(f"wrote {path}, {len(page) / 1e6:.1f} MB")
@@ -290,9 +307,11 @@ def print_scores(
     run: str | None,
     form: FormatName,
     protocol: Protocol | None = None,
+    standings: Sequence[Standing] = (),
     *,
     table_a: bool = False,
 ) -> list[Line]:
+    from reviewer.evaluation.basis import truth_basis
     from reviewer.evaluation.counting import refresh_counts
     from reviewer.evaluation.protocols import Protocol, protocol_lines
     from reviewer.evaluation.tables import format_lines, format_rows, short_row, table_a_rows
@@ -303,7 +322,9 @@ def print_scores(
         run_of_name(store, run)
     refresh_counts(store)
     chosen = protocol or Protocol()
-    lines = protocol_lines(pair_scores(store, run), chosen)
+    lines = protocol_lines(pair_scores(store, run, standings), chosen)
+    # What is read by machines stays as it is; people read on the other channel.
+    typer.echo(truth_basis(store, standings), err=form != "table")
     if table_a:
         rows = table_a_rows(lines)
         if form == "table":

@@ -75,14 +75,13 @@ def change_state(
     seen: int | None,
     active_seconds: float = 0.0,
 ) -> None:
-    """Set a review state; "confirmed empty" may make a revision, which is counted.
+    """Set a review state, and count again where another revision is the ground truth now.
 
     Raises:
         NotFound, InvalidInput, Conflict: as `store.reviews.set_review_state`.
     """
     set_review_state(store, pair_id, annotator_id, state, seen=seen, active_seconds=active_seconds)
-    if state == "confirmed_empty":
-        _count(store, pair_id)
+    _count(store, pair_id)
 
 
 def _count(store: Store, pair_id: int) -> None:

@@ -20,7 +20,6 @@ from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment, load_detection, load_objects
 from reviewer.store.regions import load_regions
-from reviewer.store.revisions import newest_revision
 from reviewer.store.terms import (
     StaleTerms,
     load_terms,
@@ -28,6 +27,7 @@ from reviewer.store.terms import (
     save_terms,
     stale_terms,
 )
+from reviewer.store.truth import truth_of_pair
 
 BATCH = 64
 Made = tuple[StaleTerms, int, str, dict[int, dict[str, Counts]]]
@@ -93,7 +93,7 @@ def f_by_outcome(
 
 def _make(store: Store, run: Run, pair: StaleTerms) -> Made:
     detection = load_detection(store, run.id, pair.pair_id)
-    revision = newest_revision(store, pair.pair_id)
+    revision = truth_of_pair(store, pair.pair_id)
     assert detection is not None and revision is not None, "an integrated pair with a truth"
     change, truth = decode_rle(detection.mask), decode_rle(revision.mask)
     height, width = change.shape

@@ -8,7 +8,7 @@ milliseconds. An image in which nothing has changed and nothing was found has no
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -46,9 +46,13 @@ class Protocol:
 
 
 def protocol_lines(scores: Sequence[PairScore], protocol: Protocol) -> list[Line]:
-    """Return a line a group and a mean line for every run and method, in that order."""
+    """Return a line a group and a mean line for every run and method, in that order.
+
+    After an audit a pair without verdicts has the mask with DoI, so all methods of a run are scored
+    on the same pairs.
+    """
     found: dict[tuple[str, Method], dict[str, list[Counts]]] = {}
-    for score in scores:
+    for score in [*scores, *_unjudged(scores)]:
         groups = found.setdefault((score.run, score.method), {})
         groups.setdefault(_group_of(score, protocol.group), []).append(score.counts)
     order = list(METHOD_TITLE)
@@ -62,6 +66,17 @@ def protocol_lines(scores: Sequence[PairScore], protocol: Protocol) -> list[Line
         images = [float(line.pairs) for line in own] if protocol.weight == "images" else None
         lines += [*own, mean_line(own, images)]
     return lines
+
+
+def _unjudged(scores: Sequence[PairScore]) -> list[PairScore]:
+    """Return the scores with DoI of the pairs without a verdict, in runs where others have one."""
+    judged = {(score.run, score.pair_id) for score in scores if score.method == "audited"}
+    runs = {run for run, _ in judged}
+    return [
+        replace(score, method="audited")
+        for score in scores
+        if score.method == "doi" and score.run in runs and (score.run, score.pair_id) not in judged
+    ]
 
 
 def _group_of(score: PairScore, group: Group) -> str:

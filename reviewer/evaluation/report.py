@@ -15,6 +15,7 @@ from reviewer import __version__
 from reviewer.errors import NotFound
 from reviewer.evaluation.audit import AuditReport, audit_report
 from reviewer.evaluation.audit_figure import draw_predictor
+from reviewer.evaluation.basis import truth_basis
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import refresh_terms, run_terms
 from reviewer.evaluation.protocols import Protocol, protocol_lines
@@ -23,7 +24,7 @@ from reviewer.evaluation.rules import rule_of_run, vary_rule
 from reviewer.evaluation.shapes import shape_rows
 from reviewer.evaluation.split_figure import draw_splits
 from reviewer.evaluation.tables import MEAN, Line, short_row, table_a_rows
-from reviewer.records import Run
+from reviewer.records import Run, Standing
 from reviewer.store.audited import audit_rows
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
@@ -49,25 +50,34 @@ summary { cursor: pointer; color: #14828c; }
 
 
 def report_page(
-    store: Store, run: str | None, protocol: Protocol, told: Callable[[str], None]
+    store: Store,
+    run: str | None,
+    protocol: Protocol,
+    told: Callable[[str], None],
+    standings: Sequence[Standing] = (),
 ) -> str:
     """Return the page of one run, or of all.
 
     Args:
         told: is called with what is being done.
+        standings: see `pair_scores`.
 
     Raises:
         NotFound: when no run has a prediction of a pair with ground truth.
     """
     told("counts")
     refresh_counts(store)
-    lines = protocol_lines(pair_scores(store, run), protocol)
+    lines = protocol_lines(pair_scores(store, run, standings), protocol)
     if not lines:
         raise NotFound("report: no run has a prediction of a pair with ground truth")
     runs = [each for each in list_runs(store) if any(line.run == each.name for line in lines)]
     told("objects and borders")
     shapes = shape_rows(store, run)
-    parts = [_head(lines, protocol), "<h2>Mean F</h2>", _table(table_a_rows(lines))]
+    parts = [
+        _head(lines, protocol, truth_basis(store, standings)),
+        "<h2>Mean F</h2>",
+        _table(table_a_rows(lines)),
+    ]
     parts += ["<h2>By split</h2>", _picture(lambda file: draw_splits(lines, file), "F by split")]
     parts.append(f"<details><summary>numbers</summary>{_lines_table(lines)}</details>")
     parts += [
@@ -90,9 +100,8 @@ def report_page(
     )
 
 
-def _head(lines: Sequence[Line], protocol: Protocol) -> str:
+def _head(lines: Sequence[Line], protocol: Protocol, basis: str) -> str:
     names = list(dict.fromkeys(line.run for line in lines))
-    pairs = max(line.pairs for line in lines if line.split == MEAN)
     # One method of one run looks at every pair once.
     one = [
         line for line in lines if line.split != MEAN and (line.run, line.method) == _first(lines)
@@ -106,10 +115,10 @@ def _head(lines: Sequence[Line], protocol: Protocol) -> str:
     }[protocol.kind]
     return (
         "<h1>Evaluation</h1>"
-        f'<p class="soft">{len(names)} run{"s" * (len(names) != 1)} on {pairs} pairs with ground'
-        f" truth; {rule}, means weigh {protocol.weight} alike. {ignored:,} of {pixels:,} pixels are"
-        f" ill-posed and were left out ({ignored / pixels if pixels else 0:.2%}). reviewer"
-        f" {__version__}.</p>"
+        f'<p class="soft">{len(names)} run{"s" * (len(names) != 1)} on'
+        f" {basis}. {rule[0].upper()}{rule[1:]}, means weigh {protocol.weight} alike."
+        f" {ignored:,} of {pixels:,} pixels are ill-posed and were left out"
+        f" ({ignored / pixels if pixels else 0:.2%}). reviewer {__version__}.</p>"
     )
 
 

@@ -25,8 +25,8 @@ from reviewer.records import Method, Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_prediction
-from reviewer.store.revisions import newest_revision
 from reviewer.store.scores import pair_scores
+from reviewer.store.truth import truth_of_pair
 
 Image = npt.NDArray[np.uint8]
 
@@ -120,7 +120,7 @@ def _cells(
     pair: Pair,
     scores: Mapping[str, Mapping[Method, Mapping[str, float]]],
 ) -> list[tuple[Image | None, str]]:
-    revision = newest_revision(store, pair.id)
+    revision = truth_of_pair(store, pair.id)
     if revision is None:
         raise NotFound(f"figure F: pair {pair.title} has no ground truth")
     live, truth, ignore = read_rgb(pair.live.path), decode_rle(revision.mask), revision.ignore()

@@ -17,8 +17,8 @@ from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_final_mask
 from reviewer.store.reviews import STATES, pairs_in_state
-from reviewer.store.revisions import newest_by_annotator, newest_revisions
 from reviewer.store.runs import run_of_name
+from reviewer.store.truth import finished_by_annotator, masks_in_state, truths
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,14 +27,15 @@ class Selection:
 
     Attributes:
         splits: only these.
-        states: pairs that somebody has in one of these review states.
-        annotators: ground truth that one of these wrote last.
+        states: pairs that somebody has in one of these review states, with the newest revision
+            that this was said of; without, what counts as ground truth (see `store.truth`).
+        annotators: masks that one of these drew last.
         least_px, most_px: changed pixels of the mask.
         run: final masks of this run (after verdicts, where there are any) in place of ground truth.
         verdicts: pairs with a region (of `run`, else of any) on which one of these was said last.
-        consensus: what more than half of the people who drew a pair last made of it, in place of
-            the newest mask; 0 = no, else how many people there must be. Where exactly half of them
-            say so, the pixel is ignored.
+        consensus: what more than half of the people who drew a pair and finished it made of it, in
+            place of one mask; 0 = no, else how many people there must be. Where exactly half of
+            them say so, the pixel is ignored.
     """
 
     splits: tuple[str, ...] = ()
@@ -105,7 +106,7 @@ def select_labelled(store: Store, selection: Selection) -> tuple[list[Labelled],
     elif selection.consensus:
         found = _agreed(store, pairs, selection.consensus)
     else:
-        found = _truths(store, pairs)
+        found = _truths(store, pairs, selection.states)
     without = [pair for pair in pairs if pair.id not in found]
     labelled = [found[pair.id] for pair in pairs if pair.id in found]
     if not labelled:
@@ -119,8 +120,11 @@ def select_labelled(store: Store, selection: Selection) -> tuple[list[Labelled],
     return kept, without
 
 
-def _truths(store: Store, pairs: Sequence[Pair]) -> dict[int, Labelled]:
-    revisions = newest_revisions(store)
+def _truths(store: Store, pairs: Sequence[Pair], states: Sequence[str]) -> dict[int, Labelled]:
+    if states:
+        revisions = masks_in_state(store, states)
+    else:
+        revisions = {pair_id: revision for pair_id, (revision, _) in truths(store).items()}
     return {
         pair.id: _of_revision(pair, revisions[pair.id]) for pair in pairs if pair.id in revisions
     }
@@ -132,7 +136,7 @@ def _of_revision(pair: Pair, revision: MaskRevision) -> Labelled:
 
 
 def _agreed(store: Store, pairs: Sequence[Pair], people: int) -> dict[int, Labelled]:
-    revisions = newest_by_annotator(store)
+    revisions = finished_by_annotator(store)
     return {
         pair.id: _majority(pair, revisions[pair.id])
         for pair in pairs

@@ -23,8 +23,8 @@ from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment, load_detection, load_labels, load_objects
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_final_mask, load_prediction, load_regions
-from reviewer.store.revisions import newest_revision
 from reviewer.store.runs import list_runs, run_of_name
+from reviewer.store.truth import truth_of_pair
 
 Which = Literal["base", "doi", "audited", "final"]
 
@@ -83,13 +83,17 @@ class PairData:
         return load_flow(found)
 
     def truth(self) -> Mask | None:
-        """Return the newest ground truth, bool (H, W); None without any."""
-        revision = newest_revision(self._store, self.pair.id)
+        """Return the ground truth that counts, bool (H, W); None without any.
+
+        It is what was approved, else submitted or confirmed empty, else imported; a mask that is
+        still being drawn is none.
+        """
+        revision = truth_of_pair(self._store, self.pair.id)
         return decode_rle(revision.mask) if revision else None
 
     def ignore(self) -> Mask | None:
         """Return the pixels that are not scored, bool (H, W); None where there are none."""
-        revision = newest_revision(self._store, self.pair.id)
+        revision = truth_of_pair(self._store, self.pair.id)
         return revision.ignore() if revision else None
 
     def probability(self, run: str) -> Field | None:

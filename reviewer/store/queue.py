@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from reviewer.errors import InvalidInput
-from reviewer.records import ReviewState
+from reviewer.records import ReviewState, TeamState
 from reviewer.store.database import Store
 
 Order = Literal["name", "doi", "size", "unreviewed", "doubt"]
@@ -26,6 +26,8 @@ class QueueEntry:
     """A row of the queue; DoI and change size come from the chosen run, None without one.
 
     Attributes:
+        state, team: where the pair stands for the annotator, and for the team whoever did it.
+        revision, truth_px: of the newest mask, finished or not.
         doubt: why the run's alignment looks bad, or which stage failed; "" = all is well.
     """
 
@@ -33,6 +35,7 @@ class QueueEntry:
     split: str
     name: str
     state: ReviewState
+    team: TeamState
     revision: int
     truth_px: int | None
     change_px: int | None
@@ -58,6 +61,7 @@ def list_queue(
     run_id: int | None = None,
     split: str | None = None,
     state: ReviewState | None = None,
+    team: TeamState | None = None,
     order: Order = "name",
     pair_ids: Sequence[int] | None = None,
     limit: int = 100,
@@ -73,7 +77,7 @@ def list_queue(
     entries = """
     WITH entries AS (
         SELECT p.id, s.name AS split, p.name,
-            coalesce(v.state, 'todo') AS state,
+            coalesce(v.state, 'todo') AS state, coalesce(w.state, 'todo') AS team,
             (SELECT count(*) FROM reviews o WHERE o.pair_id = p.id
                 AND o.state <> 'in_progress') AS reviewers,
             (SELECT count(*) FROM reviews o WHERE o.pair_id = p.id
@@ -84,20 +88,23 @@ def list_queue(
                 WHERE f.pair_id = p.id AND f.run_id = :run LIMIT 1), a.doubt, '') AS doubt
         FROM pairs p JOIN splits s ON s.id = p.split_id
         LEFT JOIN reviews v ON v.pair_id = p.id AND v.annotator_id = :annotator
-        LEFT JOIN ground_truth t ON t.pair_id = p.id
+        LEFT JOIN team_states w ON w.pair_id = p.id
+        LEFT JOIN newest_revisions t ON t.pair_id = p.id
         LEFT JOIN detections d ON d.pair_id = p.id AND d.run_id = :run
         LEFT JOIN (SELECT pair_id, max(doi) AS max_doi, sum(inspect) AS inspect FROM regions
             WHERE run_id = :run GROUP BY pair_id) g ON g.pair_id = p.id
         LEFT JOIN alignments a ON a.pair_id = p.id AND a.run_id = :run
         WHERE (:split IS NULL OR s.name = :split)
         AND (:ids IS NULL OR p.id IN (SELECT value FROM json_each(:ids)))
-    ) SELECT *, count(*) OVER () AS total FROM entries WHERE (:state IS NULL OR state = :state)
+    ) SELECT *, count(*) OVER () AS total FROM entries
+    WHERE (:state IS NULL OR state = :state) AND (:team IS NULL OR team = :team)
     """
     values = {
         "annotator": annotator_id,
         "run": run_id,
         "split": split,
         "state": state,
+        "team": team,
         "ids": None if pair_ids is None else json.dumps(list(pair_ids)),
         "limit": limit,
         "offset": offset,
@@ -110,6 +117,7 @@ def list_queue(
             row["split"],
             row["name"],
             row["state"],
+            row["team"],
             row["revision"],
             row["truth_px"],
             row["change_px"],
@@ -121,7 +129,9 @@ def list_queue(
         for row in rows
     ]
     if not rows and offset:
-        _, total = list_queue(store, annotator_id, run_id=run_id, split=split, state=state, limit=1)
+        _, total = list_queue(
+            store, annotator_id, run_id=run_id, split=split, state=state, team=team, limit=1
+        )
         return [], total
     return found, rows[0]["total"] if rows else 0
 

@@ -20,41 +20,30 @@ LEFT JOIN annotators a ON a.id = m.annotator_id
 
 
 def newest_revision(store: Store, pair_id: int) -> MaskRevision | None:
-    """Return the newest ground truth of a pair; None when it has none yet."""
+    """Return the newest revision of a pair, finished or not; None when it has none yet.
+
+    The one that counts is `store.truth.truth_of_pair`.
+    """
     query = SELECT.format(table="mask_revisions")
     row = (
         store.read()
         .execute(f"{query} WHERE m.pair_id = ? ORDER BY m.number DESC LIMIT 1", [pair_id])
         .fetchone()
     )
-    return _revision(row) if row else None
+    return revision_of_row(row) if row else None
 
 
 def newest_revisions(store: Store) -> dict[int, MaskRevision]:
-    """Return the newest ground truth of every pair that has one, by pair id."""
-    rows = store.read().execute(SELECT.format(table="ground_truth"))
-    return {row["pair_id"]: _revision(row) for row in rows}
-
-
-def newest_by_annotator(store: Store) -> dict[int, list[MaskRevision]]:
-    """Return what each person made of a pair last, by pair id; what nobody touched is not there."""
-    query = SELECT.format(table="mask_revisions")
-    rows = store.read().execute(
-        f"{query} WHERE m.number = (SELECT max(o.number) FROM mask_revisions o"
-        " WHERE o.pair_id = m.pair_id AND o.annotator_id = m.annotator_id)"
-        " ORDER BY m.pair_id, m.number"
-    )
-    found: dict[int, list[MaskRevision]] = {}
-    for row in rows:
-        found.setdefault(row["pair_id"], []).append(_revision(row))
-    return found
+    """Return the newest revision of every pair that has one, by pair id."""
+    rows = store.read().execute(SELECT.format(table="newest_revisions"))
+    return {row["pair_id"]: revision_of_row(row) for row in rows}
 
 
 def list_revisions(store: Store, pair_id: int) -> list[MaskRevision]:
     """Return the history of a pair, oldest first."""
     query = SELECT.format(table="mask_revisions")
     rows = store.read().execute(f"{query} WHERE m.pair_id = ? ORDER BY m.number", [pair_id])
-    return [_revision(row) for row in rows]
+    return [revision_of_row(row) for row in rows]
 
 
 def list_actions(store: Store, pair_id: int) -> list[dict[str, Any]]:
@@ -77,7 +66,7 @@ def revision_of_number(store: Store, pair_id: int, number: int) -> MaskRevision:
         .execute(f"{query} WHERE m.pair_id = ? AND m.number = ?", [pair_id, number])
         .fetchone()
     )
-    return _revision(require(row, f"pair {pair_id}: has no revision {number}"))
+    return revision_of_row(require(row, f"pair {pair_id}: has no revision {number}"))
 
 
 def add_revision(
@@ -258,7 +247,8 @@ def _refuse_when_finished(
         raise Locked(f"pair {title}: is {row['state']} and locked; reopen it to change the mask")
 
 
-def _revision(row: sqlite3.Row) -> MaskRevision:
+def revision_of_row(row: sqlite3.Row) -> MaskRevision:
+    """Return the revision of a row of `SELECT`."""
     return MaskRevision(
         row["pair_id"],
         row["number"],

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from reviewer.masks import Rle
 from reviewer.metrics import Counts
-from reviewer.records import Method, Score
+from reviewer.records import Method, Score, Standing
 from reviewer.store.database import Store
 from reviewer.store.revisions import rle_of_row
 
@@ -41,7 +42,7 @@ class PairScore:
 
 @dataclass(frozen=True, slots=True)
 class MaskPair:
-    """A prediction and the newest ground truth of its pair."""
+    """A prediction and the ground truth of its pair."""
 
     run: str
     method: Method
@@ -55,14 +56,14 @@ def mask_pair_keys(store: Store, run: str | None = None) -> list[tuple[int, int,
     rows = store.read().execute(
         "SELECT p.run_id, p.pair_id, p.method FROM predictions p JOIN runs r ON r.id = p.run_id"
         " WHERE (?1 IS NULL OR r.name = ?1)"
-        " AND p.pair_id IN (SELECT pair_id FROM mask_revisions) ORDER BY 1, 2, 3",
+        " AND p.pair_id IN (SELECT pair_id FROM ground_truth) ORDER BY 1, 2, 3",
         [run],
     )
     return [(row["run_id"], row["pair_id"], row["method"]) for row in rows]
 
 
 def mask_pair(store: Store, run_id: int, pair_id: int, method: Method) -> MaskPair:
-    """Return a prediction with the newest ground truth of its pair."""
+    """Return a prediction with the ground truth of its pair."""
     row = (
         store.read()
         .execute(
@@ -137,12 +138,20 @@ def pair_counts(store: Store, run_id: int, pair_id: int) -> dict[Method, Counts]
     return {row["method"]: _counts(row) for row in rows}
 
 
-def pair_scores(store: Store, run: str | None = None) -> list[PairScore]:
-    """Return the fresh counts of every pair, of one run or of all."""
+def pair_scores(
+    store: Store, run: str | None = None, standings: Sequence[Standing] = ()
+) -> list[PairScore]:
+    """Return the fresh counts of every pair, of one run or of all.
+
+    Args:
+        standings: only pairs whose ground truth stands by one of these; all of them where empty.
+    """
     rows = store.read().execute(
         "SELECT v.*, s.workspace, s.object_group FROM pair_scores v JOIN splits s"
-        " ON s.name = v.split WHERE ?1 IS NULL OR v.run = ?1 ORDER BY v.run, v.method, v.pair_id",
-        [run],
+        " ON s.name = v.split WHERE (?1 IS NULL OR v.run = ?1)"
+        " AND (?2 = '[]' OR v.standing IN (SELECT value FROM json_each(?2)))"
+        " ORDER BY v.run, v.method, v.pair_id",
+        [run, json.dumps(list(standings))],
     )
     return [
         PairScore(

@@ -3,6 +3,7 @@
  * nothing.
  * @typedef {import("./state.js").State} State
  */
+import { standing } from "./standing.js";
 import { keepsRadius } from "./tools/brush.js";
 
 /** @type {Record<string, string>} */
@@ -52,6 +53,8 @@ export function showHeader(state) {
   $("title").textContent = `${pair.split}/${pair.name}`;
   $("state").textContent = STATES[pair.state];
   $("state").dataset.state = pair.state;
+  $("standing").textContent = standing(pair.truth, state.revision, state.annotator);
+  $("standing").title = $("standing").textContent;
   $("run").value = state.run ?? "";
   for (const [action, off] of Object.entries({ submit: state.locked && !state.reviewing, empty: state.locked,
     approve: pair.state === "approved", reopen: !state.locked, take: state.locked || state.blind })) {

@@ -378,10 +378,11 @@ export class PairDesk {
       const { revision } = this.state;
       const reply = await api.putState(pair.id, next, reopening ? null : revision, this.activity.take());
       pair.state = reply.state;
-      if (this.state.pair?.id === pair.id) this.state.pair.state = reply.state;
+      if (this.state.pair?.id === pair.id) Object.assign(this.state.pair, { state: reply.state, truth: reply.truth });
       if (reopening && this.saver.parked.has(pair.id)) this.saver.resolve(pair.id, reply.revision);
       if (this.state.pair?.id !== pair.id) return false;
       if (reply.revision !== this.state.revision) await this.open(pair.id, pair.run);
+      else if (reopening) await this.refresh();
       else this.on.pair(false);
     } catch (error) {
       if (!(error instanceof ApiError && error.status === 409)) throw error;

@@ -12,7 +12,8 @@
  *   score: number | null, region_id: number | null, area: number, box_xyxy: number[],
  *   counts: string, outcome: string | null}} Proposal
  * @typedef {{id: number, split: string, name: string, width: number, height: number,
- *   revision: number, state: string, run: string | null, layers: string[], version: string,
+ *   revision: number, state: string, truth: import("./standing.js").Truth | null,
+ *   run: string | null, layers: string[], version: string,
  *   regions: Region[], scores: Record<string, {precision: number, recall: number, f_score: number}>,
  *   alignment: {valid_fraction: number, residual_before: number, residual_after: number,
  *   backward_px: number | null, doubt: string} | null, reads_labels: boolean,

@@ -25,10 +25,10 @@ def some_mask(value=True):
     return mask
 
 
-def put_png(client, pair, revision, data=None):
-    headers = {"If-Match": f'"{revision}"', "Content-Type": "image/png"}
+def put_png(client, pair, revision, data=None, headers=None):
+    own = {"If-Match": f'"{revision}"', "Content-Type": "image/png", **(headers or {})}
     content = encode_png(some_mask()) if data is None else data
-    return client.put(f"/api/pairs/{pair}/mask", content=content, headers=headers)
+    return client.put(f"/api/pairs/{pair}/mask", content=content, headers=own)
 
 
 def put_json(client, pair, revision, **change):
@@ -185,12 +185,27 @@ def test_a_commit_needs_its_revision(client, tiny_split, match):
 
 def test_states_are_set_and_lock(client, tiny_split):
     reply = client.put("/api/pairs/1/state", json={"state": "confirmed_empty"})
-    assert reply.json() == {"state": "confirmed_empty", "revision": 2}
+    truth = {"revision": 2, "standing": "confirmed_empty", "said_by": ["Ada"], "changed_by": []}
+    assert reply.json() == {"state": "confirmed_empty", "revision": 2, "truth": truth}
     assert put_png(client, 1, 2).status_code == 423
     client.put("/api/pairs/1/state", json={"state": "in_progress"})
     assert put_png(client, 1, 2).status_code == 200
     assert client.put("/api/pairs/1/state", json={"state": "done"}).status_code == 422
     assert client.put("/api/pairs/99/state", json={"state": "approved"}).status_code == 404
+
+
+def test_a_pair_tells_which_revision_was_approved_and_who_changed_it_since(client, tiny_split):
+    imported = {"revision": 1, "standing": "imported", "said_by": [], "changed_by": []}
+    assert client.get("/api/pairs/1").json()["truth"] == imported
+    client.put("/api/pairs/1/state", json={"state": "approved"})
+    put_png(client, 1, 1, headers={"X-Annotator": "Bob"})
+    found = client.get("/api/pairs/1").json()
+    assert found["revision"] == 2
+    assert found["truth"] == {
+        "revision": 1, "standing": "approved", "said_by": ["Ada"], "changed_by": ["Bob"]
+    }  # fmt: skip
+    (row,) = client.get("/api/pairs", params={"team": "changed"}).json()["pairs"]
+    assert (row["id"], row["state"], row["team"]) == (1, "approved", "changed")
 
 
 def test_a_state_is_not_set_on_a_revision_that_was_not_seen(client, tiny_split):

@@ -67,7 +67,7 @@ def test_a_net_a_fold_is_trained_and_judges_what_it_has_not_seen(db, rooms, tmp_
     table = CliRunner().invoke(
         app, ["evaluate", "--table-a", "--format", "csv", "--db", str(db.path)]
     )
-    assert [line.split(",")[0] for line in table.output.splitlines()] == ["run", "first", "real"]
+    assert [line.split(",")[0] for line in table.stdout.splitlines()] == ["run", "first", "real"]
     # The same command again finds all done.
     best = tmp_path / "trainings/real/cs1/best.pt"
     before = best.stat().st_mtime_ns
@@ -111,7 +111,7 @@ def test_the_maps_are_those_of_the_fold_that_holds_the_pair_out(db, rooms, tmp_p
 def test_ground_truth_that_changed_since_needs_another_name(db, rooms, tmp_path):
     labelled, _ = truth_of(db, rooms, tmp_path)
     pair = labelled[0].pair
-    add_revision(db, pair.id, empty_rle(120, 160), parent=1, annotator_id=None, source="api")
+    add_revision(db, pair.id, empty_rle(120, 160), parent=1, annotator_id=None, source="import")
     fresh, _ = select_labelled(db, Selection())
     with pytest.raises(Conflict, match=f"pair {pair.title} was at revision 1; give"):
         write_truth(db, fresh, tmp_path / "truth", Selection(), rooms)

@@ -1,14 +1,18 @@
 """Protocols: the same counts, scored pooled, per image, or from mean P and R."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from people import draw
 from typer.testing import CliRunner
 
 from reviewer.cli import app
+from reviewer.editing.commit import MaskEdit
 from reviewer.evaluation.protocols import Protocol, paired_change, protocol_lines
 from reviewer.evaluation.tables import format_lines, format_rows, table_a_rows
+from reviewer.masks import empty_rle
 from reviewer.metrics import Counts
 from reviewer.store.scores import PairScore
 
@@ -101,7 +105,7 @@ def test_the_command_takes_a_protocol(db, run, tiny_split):
     def call(*given):
         done = CliRunner().invoke(app, ["evaluate", *given, "--db", str(db.path)])
         assert done.exit_code == 0, done.output
-        return done.output
+        return done.stdout
 
     pooled = json.loads(call("--format", "json"))
     means = json.loads(call("--format", "json", "--protocol", "image_mean", "--empty", "one"))
@@ -112,3 +116,34 @@ def test_the_command_takes_a_protocol(db, run, tiny_split):
     call("--figure-e", str(db.path.with_name("bars.svg")))
     drawn = db.path.with_name("bars.svg").read_text()
     assert drawn.count("<svg") == 1 and len(drawn) > 5000
+
+
+def test_after_an_audit_a_pair_without_verdicts_is_scored_with_doi():
+    found = protocol_lines([*SCORES, score(2, (10, 0, 0), method="audited")], Protocol())
+    pairs = {(line.method, line.split): line.pairs for line in found}
+    assert pairs["audited", "mean"] == pairs["doi", "mean"] == 4
+    lines = {(line.method, line.split): line for line in found}
+    assert lines["audited", "hw1"] == replace(lines["doi", "hw1"], method="audited")
+    assert lines["audited", "cs1"].counts == Counts(20, 0, 0)
+
+
+def test_runs_without_verdicts_have_no_line_after_an_audit():
+    assert {line.method for line in protocol_lines(SCORES, Protocol())} == {"doi"}
+
+
+def test_scores_say_what_they_rest_on_and_are_narrowed_by_it(db, run, tiny_split):
+    def call(*given):
+        return CliRunner().invoke(app, ["evaluate", *given, "--db", str(db.path)])
+
+    everything = call("--format", "json")
+    assert "ground truth of 3 pairs: 3 imported\n" in everything.stderr
+    empty = MaskEdit(empty_rle(120, 160), 1)
+    draw(db, tiny_split[0].id, "Ada", empty, "in_progress")
+    assert call("--format", "json").stdout == everything.stdout, "a scribble was scored"
+    draw(db, tiny_split[0].id, "Ada", MaskEdit(empty_rle(120, 160), 2), "approved")
+    assert "ground truth of 3 pairs: 1 approved, 2 imported\n" in call().stdout
+    approved = call("--state", "approved", "--format", "json")
+    assert "ground truth of 1 pair: 1 approved; left out: 2 of another state" in approved.stderr
+    assert {line["pairs"] for line in json.loads(approved.stdout)} == {1}
+    refused = call("--state", "in_progress")
+    assert "ground truth is never that" in str(refused.exception)

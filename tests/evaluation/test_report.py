@@ -5,10 +5,11 @@ import re
 import cv2
 import numpy as np
 import pytest
+from people import draw
 from typer.testing import CliRunner
 
 from reviewer.cli import app
-from reviewer.editing.commit import MaskEdit, commit_mask
+from reviewer.editing.commit import MaskEdit
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import NotFound
 from reviewer.evaluation.counting import refresh_counts
@@ -76,7 +77,7 @@ def test_the_report_holds_tables_plots_and_what_was_left_out(db, run, tiny_split
     pair = tiny_split[0]
     edit = MaskEdit(newest_revision(db, pair.id).mask, 1, ignore=encode_rle(ignored))
     ada = annotator_id(db, "Ada")
-    commit_mask(db, pair.id, ada, edit)
+    draw(db, pair.id, "Ada", edit)
     give_verdict(db, load_regions(db, run.id, pair.id)[0].id, ada, "keep", reason="<glass>")
     steps = []
     page = report_page(db, None, Protocol(), steps.append)

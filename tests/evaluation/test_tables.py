@@ -6,10 +6,11 @@ import json
 
 import numpy as np
 import pytest
+from people import draw
 from scenes import write_split
 
 from reviewer.dataset.importer import ImportSettings, import_split
-from reviewer.editing.commit import MaskEdit, commit_mask
+from reviewer.editing.commit import MaskEdit
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.tables import format_lines, table_lines
 from reviewer.masks import encode_rle
@@ -19,7 +20,6 @@ from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import StoredIntegration
 from reviewer.store.results import StageResult, save_results
-from reviewer.store.reviews import annotator_id
 from reviewer.store.scores import pair_counts, split_scores
 
 
@@ -36,11 +36,10 @@ def scored(db, tmp_path):
         folder = write_split(tmp_path / name, pairs)
         import_split(db, name, folder, ImportSettings(), lambda *_: None)
     run = prepare_run(db, "r", PipelineSettings())
-    ada = annotator_id(db, "Ada")
     for pair, truth, base, final in zip(
         list_pairs(db), (100, 0, 50), (50, 0, 100), (100, 10, 50), strict=True
     ):
-        commit_mask(db, pair.id, ada, MaskEdit(rle(pair, truth), 1))
+        draw(db, pair.id, "Ada", MaskEdit(rle(pair, truth), 1))
         made = StoredIntegration((), rle(pair, base), rle(pair, final))
         save_results(db, run.id, pair.id, [StageResult("integrate", "made up", 0.0, made)])
     return run
@@ -51,14 +50,14 @@ def test_scores_follow_the_newest_revision(db, scored):
     assert refresh_counts(db) == 0
     pair = list_pairs(db)[0]
     assert pair_counts(db, scored.id, pair.id)["base"] == Counts(50, 0, 50, 120 * 160 - 100)
-    commit_mask(db, pair.id, annotator_id(db, "Ada"), MaskEdit(rle(pair, 50), 2))
+    draw(db, pair.id, "Ada", MaskEdit(rle(pair, 50), 2))
     assert pair_counts(db, scored.id, pair.id)["base"].fn == 0
 
 
 def test_ignored_pixels_are_left_out(db, scored):
     pair = list_pairs(db)[0]
     edit = MaskEdit(rle(pair, 100), 2, ignore=rle(pair, 60))
-    commit_mask(db, pair.id, annotator_id(db, "Ada"), edit)
+    draw(db, pair.id, "Ada", edit)
     counts = pair_counts(db, scored.id, pair.id)["doi"]
     assert (counts.tp, counts.ignored) == (40, 60)
 

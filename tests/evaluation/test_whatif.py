@@ -4,9 +4,10 @@ import itertools
 
 import numpy as np
 import pytest
+from people import draw
 
 from reviewer.doi import integrate
-from reviewer.editing.commit import MaskEdit, commit_mask
+from reviewer.editing.commit import MaskEdit
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import refresh_terms, run_terms
 from reviewer.evaluation.rules import rule_of_run
@@ -16,7 +17,6 @@ from reviewer.evaluation.whatif import Rule, WhatIf
 from reviewer.masks import crop_to_box, encode_rle
 from reviewer.metrics import count, f_score, total
 from reviewer.store.regions import load_regions
-from reviewer.store.reviews import annotator_id
 from reviewer.store.scores import split_scores
 
 HEIGHT, WIDTH = 40, 60
@@ -135,7 +135,7 @@ def test_terms_follow_the_truth_and_the_masks(db, run, tiny_split):
                  if line.method == "doi" and line.split == "mean")  # fmt: skip
     assert before.whatif.sweep([rule_of_run(run.settings)]).mean_f()[0] == pytest.approx(wanted)
     empty = encode_rle(np.zeros((120, 160), bool))
-    commit_mask(db, tiny_split[0].id, annotator_id(db, "Ada"), MaskEdit(empty, 1))
+    draw(db, tiny_split[0].id, "Ada", MaskEdit(empty, 1))
     assert refresh_terms(db, run) == 1
     after = run_terms(db, run)
     assert after.whatif.sweep([Rule()]).truth_px[0] < before.whatif.sweep([Rule()]).truth_px[0]

@@ -4,16 +4,16 @@ import hashlib
 import json
 
 import pytest
+from people import draw
 from pycocotools.coco import COCO
 
 from reviewer.atomic import whole_folder
-from reviewer.editing.commit import MaskEdit, commit_mask
+from reviewer.editing.commit import MaskEdit
 from reviewer.errors import Conflict, NotFound
 from reviewer.export.coco import export_coco
 from reviewer.export.png import export_png
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.masks import decode_png, decode_rle, encode_rle
-from reviewer.store.reviews import annotator_id
 from reviewer.store.revisions import newest_revision
 
 ALL = Selection()
@@ -48,7 +48,7 @@ def test_an_ignore_mask_lies_beside_its_mask(db, tiny_split, tmp_path):
     pair = tiny_split[0]
     newest = newest_revision(db, pair.id)
     edit = MaskEdit(newest.mask, 1, ignore=newest.mask)
-    commit_mask(db, pair.id, annotator_id(db, "Ada"), edit)
+    draw(db, pair.id, "Ada", edit)
     export_png(select_labelled(db, ALL)[0], tmp_path / "out", ALL)
     ignore = decode_png((tmp_path / "out" / "cs1" / "0000.ignore.png").read_bytes())
     assert (ignore == decode_rle(newest.mask)).all()
@@ -73,7 +73,7 @@ def test_coco_reads_back_with_pycocotools(db, tiny_split, tmp_path, capsys):
 def test_ill_posed_pixels_are_a_crowd_in_coco(db, tiny_split, tmp_path, capsys):
     pair = tiny_split[0]
     mask = newest_revision(db, pair.id).mask
-    commit_mask(db, pair.id, annotator_id(db, "Ada"), MaskEdit(mask, 1, ignore=mask))
+    draw(db, pair.id, "Ada", MaskEdit(mask, 1, ignore=mask))
     export_coco(select_labelled(db, ALL)[0], tmp_path / "coco.json")
     coco = COCO(tmp_path / "coco.json")
     change, crowd = (coco.loadAnns(coco.getAnnIds(imgIds=[pair.id], iscrowd=k)) for k in (0, 1))

@@ -6,14 +6,14 @@ from xml.etree import ElementTree
 import cv2
 import numpy as np
 import pytest
+from people import draw
 
-from reviewer.editing.commit import MaskEdit, commit_mask
+from reviewer.editing.commit import MaskEdit
 from reviewer.errors import NotFound
 from reviewer.export.formats import Options, export_as
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.export.yolo import polygon_lines
 from reviewer.masks import decode_rle, encode_rle, intersection_over_union
-from reviewer.store.reviews import annotator_id
 from reviewer.store.revisions import newest_revision
 
 ALL = Selection()
@@ -30,7 +30,7 @@ def drawn(db, tiny_split):
     ignored = np.zeros((120, 160), bool)
     ignored[15:25, 25:95] = True
     edit = MaskEdit(encode_rle(mask), 1, ignore=encode_rle(ignored))
-    commit_mask(db, tiny_split[0].id, annotator_id(db, "Ada"), edit)
+    draw(db, tiny_split[0].id, "Ada", edit)
     return mask, ignored
 
 

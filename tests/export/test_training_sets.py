@@ -10,13 +10,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from people import draw
 from scenes import write_split
 from typer.testing import CliRunner
 
 from reviewer.cli import app
 from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.dataset.layouts import find_splits
-from reviewer.editing.commit import MaskEdit, change_state, commit_mask
+from reviewer.editing.commit import MaskEdit, change_state
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.export.folds import export_folds, make_folds
@@ -95,7 +96,7 @@ def ill_posed(db, tiny_split):
     ignored = np.zeros((120, 160), bool)
     ignored[40:50, 50:60] = ignored[:5, :5] = True
     edit = MaskEdit(newest.mask, 1, ignore=encode_rle(ignored))
-    commit_mask(db, pair.id, annotator_id(db, "Ada"), edit)
+    draw(db, pair.id, "Ada", edit, "approved")
     return decode_rle(newest.mask), ignored
 
 
@@ -149,7 +150,7 @@ def test_a_part_that_would_be_another_now_is_written_again(db, tiny_split, tmp_p
     with pytest.raises(NotFound):
         export(db, tmp_path / "set")
     edit = MaskEdit(encode_rle(np.ones((120, 160), bool)), 1)
-    commit_mask(db, tiny_split[0].id, annotator_id(db, "Ada"), edit)
+    draw(db, tiny_split[0].id, "Ada", edit)
     live.write_bytes(kept)
     export(db, tmp_path / "set")
     assert grey(tmp_path / "set" / "cs1" / "mask" / "0000.png").min() == 255
@@ -161,13 +162,13 @@ def test_a_consensus_is_what_more_than_half_drew_and_ties_are_ignored(db, tiny_s
     for number, (name, where) in enumerate(drawn.items(), start=1):
         mask = np.zeros((120, 160), bool)
         mask[where] = True
-        commit_mask(db, pair.id, annotator_id(db, name), MaskEdit(encode_rle(mask), number))
+        draw(db, pair.id, name, MaskEdit(encode_rle(mask), number))
     (three,), without = select_labelled(db, Selection(consensus=2))
     assert three.origin["annotators"] == ["Ada", "Bob", "Cy"] and len(without) == 2
     mask = decode_rle(three.mask)
     assert mask[:, :40].all() and not mask[:, 40:].any() and three.ignore() is None
     edit = MaskEdit(encode_rle(np.zeros((120, 160), bool)), 4)
-    commit_mask(db, pair.id, annotator_id(db, "Dee"), edit)
+    draw(db, pair.id, "Dee", edit)
     (four,), _ = select_labelled(db, Selection(consensus=4))
     mask, ignore = decode_rle(four.mask), four.ignore()
     assert mask[:, :20].all() and not mask[:, 20:].any()

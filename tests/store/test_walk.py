@@ -1,8 +1,10 @@
 """The audit's way: which regions wait for a verdict, and in what order."""
 
 import pytest
+from people import draw
 
 from reviewer.doi import Region
+from reviewer.editing.commit import MaskEdit
 from reviewer.errors import InvalidInput
 from reviewer.evaluation.outcomes import refresh_terms
 from reviewer.masks import empty_rle
@@ -41,7 +43,7 @@ def test_doubt_is_nearness_to_the_threshold_and_seen_regions_come_last(db, run, 
 
 def test_loss_is_what_flipping_a_decision_gains(db, run):
     # The truth of the second pair vanishes: what was right to adopt there is now best flipped.
-    add_revision(db, 2, EMPTY, parent=1, annotator_id=None, source="api")
+    add_revision(db, 2, EMPTY, parent=1, annotator_id=None, source="import")
     refresh_terms(db, run)
     found = list_doubtful(db, run.id, 0.9, 50, order="loss")
     gains = [region.gain_px for region in found]
@@ -63,7 +65,7 @@ def test_disagreement_is_a_verdict_against_the_rule_then_a_drawn_mask_against_it
     for region in list_doubtful(db, run.id, 0.9, 50):
         by_pair.setdefault(region.pair_id, []).append(region.id)
     # Nobody drew anything yet; Ada wipes the second pair's truth, so its regions oppose her.
-    add_revision(db, 2, EMPTY, parent=1, annotator_id=ada, source="edit")
+    draw(db, 2, "Ada", MaskEdit(EMPTY, 1))
     refresh_terms(db, run)
     found = list_doubtful(db, run.id, 0.9, 50, order="disagreement")
     assert {region.id for region in found[: len(by_pair[2])]} == set(by_pair[2])
