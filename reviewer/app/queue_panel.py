@@ -31,6 +31,11 @@ TEAM_TITLE: dict[TeamState, str] = {
     "approved": "approved",
     "changed": "changed since approved",
 }
+TEAM_SHORT: dict[TeamState, str] = {
+    "waiting": "to review",
+    "approved": "approved",
+    "changed": "changed",
+}
 ORDER_TITLE: dict[Order, str] = {
     "name": "name",
     "doi": "highest DoI",
@@ -165,8 +170,8 @@ def _row_label(entry: QueueEntry) -> str:
     doubt = "  ⚠" if entry.doubt else ""
     # What the team says of a pair matters where it is more than one's own sign tells.
     told = entry.team in ("todo", "in_progress") or entry.team == entry.state
-    team = "" if told else f"  ·  {TEAM_TITLE[entry.team]}"
-    return f"{STATE_SIGN[entry.state]}  {entry.split}/{entry.name}{doi}{team}{doubt}"
+    team = "" if told else f"  ·  {TEAM_SHORT[entry.team]}"
+    return f"{STATE_SIGN[entry.state]}  {entry.split}/{entry.name}{team}{doi}{doubt}"
 
 
 def _row_colour(entry: QueueEntry, *, dark: bool) -> tuple[int, int, int]:

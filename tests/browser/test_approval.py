@@ -29,6 +29,6 @@ def test_the_queue_shows_the_team_what_waits_for_review(server, visit):
     page, frame = visit("Ada")
     expect(frame.locator("#standing")).to_have_text("imported r1")
     row = page.get_by_role("button", name="cs1/0001")
-    expect(row).to_contain_text("waiting for review")
+    expect(row).to_contain_text("to review")
     row.click()
     expect(frame.locator("#standing")).to_have_text("submitted r2 by Bob")
