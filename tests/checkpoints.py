@@ -4,6 +4,7 @@ from pathlib import Path
 
 import torch
 from tokenizers import Tokenizer, decoders, models, pre_tokenizers, processors
+from torch import nn
 from transformers import (
     BertConfig,
     BertTokenizer,
@@ -314,3 +315,25 @@ def _save(model, folder: Path, seed: int) -> Path:
                 parameter.copy_(torch.randn(parameter.shape, generator=generator) * 0.3)
     model.save_pretrained(folder)
     return folder
+
+
+def resnet18(channels=(64, 128, 256, 512), deep=False):
+    """Weights in torchvision's and timm's naming."""
+    state = {"conv1.weight": torch.randn(channels[0], 3, 7, 7), "fc.weight": torch.randn(10, 512)}
+    state |= norm("bn1", channels[0])
+    before = channels[0]
+    for stage, number in enumerate(channels, start=1):
+        for block in range(3 if deep else 2):
+            name, first = f"layer{stage}.{block}", block == 0 and stage > 1
+            state[f"{name}.conv1.weight"] = torch.randn(number, before if first else number, 3, 3)
+            state[f"{name}.conv2.weight"] = torch.randn(number, number, 3, 3)
+            state |= norm(f"{name}.bn1", number) | norm(f"{name}.bn2", number)
+            if first:
+                state[f"{name}.downsample.0.weight"] = torch.randn(number, before, 1, 1)
+                state |= norm(f"{name}.downsample.1", number)
+        before = number
+    return state
+
+
+def norm(name, number):
+    return {f"{name}.{k}": v for k, v in nn.BatchNorm2d(number).state_dict().items()}

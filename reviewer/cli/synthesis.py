@@ -15,7 +15,6 @@ from reviewer.errors import InvalidInput
 if TYPE_CHECKING:
     from reviewer.store.database import Store
     from reviewer.synthesis.bank import Bank
-    from reviewer.synthesis.settings import SynthesisSettings
 
 TrainOnName = Literal["same_split", "same_workspace", "others"]
 
@@ -65,10 +64,11 @@ def synth(
     """Write synthetic pairs of reference images as a t0t1 folder, with a contact sheet."""
     from reviewer.synthesis.folder import write_folder
     from reviewer.synthesis.pairs import TRAINING, numbered_pair
+    from reviewer.synthesis.settings import SynthesisSettings
     from reviewer.synthesis.shelf import Shelf
     from reviewer.training.selection import data_record, select_references
 
-    settings = read_synthesis(synthesis)
+    settings = SynthesisSettings(**read_synthesis(synthesis))
     with open_store(db) as store:
         references = select_references(store, split or [], train_on)
         bank = open_bank(store, coco, images, category, least_area, seed)
@@ -91,7 +91,7 @@ def synth(
     typer.echo(f"{count} pairs in {target}; look at {target / 'contact-sheet.png'}")
 
 
-def read_synthesis(given: Sequence[str] | None) -> SynthesisSettings:
+def read_synthesis(given: Sequence[str] | None) -> dict[str, Any]:
     """Read NAME=VALUE settings; two numbers are separated by a comma."""
     from reviewer.synthesis.settings import SynthesisSettings
 
@@ -112,7 +112,7 @@ def read_synthesis(given: Sequence[str] | None) -> SynthesisSettings:
         if len(numbers) != wanted:
             raise InvalidInput(f"--synthesis {text}: {name} is {wanted} numbers with a comma")
         values[name] = tuple(numbers) if isinstance(default, tuple) else numbers[0]
-    return SynthesisSettings(**values)
+    return values
 
 
 def open_bank(

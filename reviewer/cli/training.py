@@ -29,14 +29,15 @@ from reviewer.errors import InvalidInput
 if TYPE_CHECKING:
     from reviewer.store.database import Store
     from reviewer.synthesis.bank import Bank
-    from reviewer.synthesis.settings import SynthesisSettings
     from reviewer.training.loop import Step
+    from reviewer.training.recipes import Recipe
     from reviewer.training.session import TrainingData, Validated
     from reviewer.training.settings import TrainingSettings
 
 DetectorName = Literal["cscdnet", "cscdnet-attention", "dr-tanet", "cdnet", "tanet"]
 PreprocessingName = Literal["bgr_128", "imagenet"]
 PrecisionName = Literal["auto", "float32", "bfloat16"]
+RecipeChoice = Literal["default", "paper"]
 
 
 @app.command()
@@ -81,8 +82,19 @@ def train(
         ),
     ] = None,
     train_on: TrainOn = "same_split",
+    recipe: Annotated[
+        RecipeChoice,
+        typer.Option(
+            help="paper: one COCO object a pair and no other difference, an ImageNet backbone, no"
+            " gradient limit, CSCDNet's last weights of 40,000 while the rate falls over 50,000."
+        ),
+    ] = "default",
     width: Annotated[float, typer.Option(help="Factor on channels; 1 is the paper's net.")] = 1.0,
     iterations: Annotated[int | None, typer.Option(help="Else the paper's.", min=1)] = None,
+    epochs: Annotated[
+        int | None,
+        typer.Option(help="In place of --iterations: how often all references are shown.", min=1),
+    ] = None,
     batch: Annotated[int | None, typer.Option(help="Else the paper's.", min=2)] = None,
     lr: Annotated[float | None, typer.Option(help="Else the paper's.")] = None,
     crop: Annotated[int, typer.Option(help="Side of the training squares, pixels.")] = 256,
@@ -105,7 +117,9 @@ def train(
         str | None, typer.Option(help="cscdnet-attention: descriptor-energy, texture-energy.")
     ] = None,
     window: Annotated[int | None, typer.Option(help="tanet: side of its window.")] = None,
-    clip_norm: Annotated[float, typer.Option(help="Largest gradient norm; 0 = any.")] = 5.0,
+    clip_norm: Annotated[
+        float | None, typer.Option(help="Largest gradient norm; 0 = any.  [5]")
+    ] = None,
     precision: Annotated[PrecisionName, typer.Option(help="Of the arithmetic.")] = "auto",
     validate_every: Annotated[
         int, typer.Option(help="Iterations between two checkpoints.", min=1)
@@ -123,34 +137,39 @@ def train(
     db: Database = DEFAULT_DB,
 ) -> None:
     """Train a detector on synthetic pairs, or on ground truth; the same command again goes on."""
-    from reviewer.training.settings import TrainingSettings
+    from reviewer.training.recipes import check_paper, make_recipe
 
-    given = {"iterations": iterations, "batch": batch, "lr": lr}
+    given = {"iterations": iterations, "batch": batch, "lr": lr, "clip_norm": clip_norm}
     of_net = {"level": level, "strength": strength, "source": source, "window": window}
-    settings = TrainingSettings.of_paper(
-        detector,
-        width=width,
-        net_settings={key: value for key, value in of_net.items() if value is not None},
-        crop_px=crop,
-        class_weights=(1.0, class_weight),
-        preprocessing=preprocessing,
-        clip_norm=clip_norm,
-        precision=precision,
-        validate_every=validate_every,
-        validation_pairs=validation_pairs,
-        seed=seed,
+    training = {
+        "width": width,
+        "net_settings": {key: value for key, value in of_net.items() if value is not None},
+        "crop_px": crop,
+        "class_weights": (1.0, class_weight),
+        "preprocessing": preprocessing,
+        "precision": precision,
+        "validate_every": validate_every,
+        "validation_pairs": validation_pairs,
+        "seed": seed,
         **{key: value for key, value in given.items() if value is not None},
-    )
+    }
+    followed = make_recipe(recipe, detector, training, read_synthesis(synthesis))
     backbone = None if backbone_weights == "none" else Path(backbone_weights)
+    if recipe == "paper":
+        _refuse({"--from-ground-truth": from_ground_truth}, "is no part of --recipe paper")
+        check_paper(backbone, coco)
+        for what, (here, there) in followed.differences().items():
+            typer.echo(f"recipe paper, {what}: {here} (default {there})")
     if backbone is None and start is None:
         typer.echo("encoders start from random weights (--backbone-weights takes a ResNet-18)")
     order = Order(
         name or (f"{detector}-truth" if from_ground_truth else detector),
-        settings,
+        followed,
         [each for text in split or [] for each in text.split(",")],
         backbone,
         start,
         workers,
+        epochs,
     )
     labelled = {
         "--by": by,
@@ -161,11 +180,16 @@ def train(
     }
     share = 0.5 if synthetic_share is None else synthetic_share
     pasted = {"--coco": coco, "--images": images, "--category": category, "--synthesis": synthesis}
+    if epochs:
+        _refuse({"--iterations": iterations}, "and --epochs say the same; give one of them")
     if from_ground_truth and not share:
         _refuse(pasted, "is about synthetic pairs, of which --synthetic-share 0 shows none")
     if not from_ground_truth:
         _refuse(labelled, "belongs to --from-ground-truth, which is not given")
-    pasting = read_synthesis(synthesis)
+    else:
+        _refuse(
+            {"--epochs": epochs}, "counts reference images; with --from-ground-truth, --iterations"
+        )
     with open_store(db) as store:
 
         def bank() -> Bank:
@@ -173,9 +197,9 @@ def train(
 
         if from_ground_truth:
             folding = Folding(by or "workspace", parts or 5, warped_by, tuple(state or ()))
-            _train_on_truth(store, order, folding, bank, pasting, share)
+            _train_on_truth(store, order, folding, bank, share)
         else:
-            _train_on_synthesis(store, order, train_on, bank, pasting)
+            _train_on_synthesis(store, order, train_on, bank)
 
 
 @dataclass(frozen=True)
@@ -183,11 +207,12 @@ class Order:
     """What is to be trained, whatever on."""
 
     title: str
-    settings: TrainingSettings
+    recipe: Recipe
     splits: list[str]
     backbone: Path | None
     start: Path | None
     workers: int
+    epochs: int | None
 
     def folder(self, store: Store) -> Path:
         return store.folder / "trainings" / self.title
@@ -214,15 +239,26 @@ def _train_on_synthesis(
     order: Order,
     train_on: TrainOnName,
     open_objects: Callable[[], Bank],
-    pasting: SynthesisSettings,
 ) -> None:
+    from dataclasses import replace
+
     from reviewer.synthesis.shelf import Shelf
+    from reviewer.training.recipes import iterations_of_epochs
     from reviewer.training.selection import data_record, select_references
     from reviewer.training.session import train as fit
     from reviewer.training.stream import SyntheticData
 
-    settings, folder = order.settings, order.folder(store)
+    recipe, folder = order.recipe, order.folder(store)
+    settings, pasting = recipe.settings, recipe.synthesis
     references = select_references(store, order.splits, train_on)
+    if order.epochs:
+        number = iterations_of_epochs(order.epochs, len(references), settings.batch)
+        settings = replace(settings, iterations=number, decay_over=None)
+        recipe = replace(recipe, settings=settings)
+        typer.echo(
+            f"{order.epochs} epochs of {len(references)} reference images in batches of"
+            f" {settings.batch}: {number} iterations"
+        )
     bank = open_objects()
     record = {
         **data_record(references, bank, pasting),
@@ -237,6 +273,7 @@ def _train_on_synthesis(
             data,
             backbone=order.backbone,
             start=order.start,
+            recipe=recipe.record() if recipe.name != "default" else None,
             workers=order.workers,
             on_step=lambda step: bar(step.iteration, settings.iterations, _speed(step)),
             on_validation=lambda at: _keep(store, order.title, folder, settings, data, at),
@@ -245,7 +282,7 @@ def _train_on_synthesis(
         f"{order.title}: {done.iteration} iterations; best F on synthetic validation"
         f" {done.best_f:.4f} at iteration {done.best_iteration}"
     )
-    typer.echo(f"next: reviewer run --detector {settings.net}:{folder / 'best.pt'}")
+    typer.echo(f"next: reviewer run --detector {settings.net}:{folder / recipe.weights}")
 
 
 def _train_on_truth(
@@ -253,7 +290,6 @@ def _train_on_truth(
     order: Order,
     folding: Folding,
     open_objects: Callable[[], Bank],
-    synthesis: SynthesisSettings,
     share: float,
 ) -> None:
     """Fit a net a fold, then run the pipeline on what each found in the pairs it has not seen."""
@@ -267,7 +303,7 @@ def _train_on_truth(
     from reviewer.pipeline.settings import IMPORTED, PipelineSettings
     from reviewer.store.runs import list_runs, run_or_newest
 
-    settings, folder = order.settings, order.folder(store)
+    settings, folder = order.recipe.settings, order.folder(store)
     names = [run.name for run in list_runs(store)]
     others = [name for name in names if name != order.title]
     warper = run_or_newest(store, folding.warped_by or (others[-1] if others else None))
@@ -280,7 +316,7 @@ def _train_on_truth(
     labelled, without = select_labelled(store, selection)
     folds = make_folds(store, [item.pair for item in labelled], folding.by, folding.parts)
     files = write_truth(store, labelled, folder / "truth", selection, warper)
-    pasting = Pasting(open_objects(), synthesis, share) if share else None
+    pasting = Pasting(open_objects(), order.recipe.synthesis, share) if share else None
     folded = fold_data(folds, files, {"by": folding.by, "warped_by": warper.name}, pasting)
     typer.echo(
         f"{len(labelled)} pairs with ground truth ({len(without)} without), warped by"

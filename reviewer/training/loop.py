@@ -81,7 +81,8 @@ class Fit:
             pairs, first=self.iteration, last=until, batch=batch, workers=workers
         ):
             start = time.perf_counter()
-            lr = self.settings.lr * (1 - self.iteration / self.settings.iterations)
+            horizon = self.settings.decay_over or self.settings.iterations
+            lr = self.settings.lr * (1 - self.iteration / horizon)
             for group in self.optimiser.param_groups:
                 group["lr"] = lr
             self.net.train()

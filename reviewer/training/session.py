@@ -83,6 +83,7 @@ def train(
     *,
     backbone: Path | None = None,
     start: Path | None = None,
+    recipe: Mapping[str, Any] | None = None,
     workers: int = 0,
     on_step: Callable[[Step], None] = lambda step: None,
     on_validation: Callable[[Validated], None] = lambda validated: None,
@@ -92,6 +93,7 @@ def train(
     Args:
         backbone: ResNet-18 weights that the encoders start from.
         start: checkpoint of the same net that the whole of it starts from.
+        recipe: what the record says of the recipe that the settings follow.
 
     Raises:
         InvalidInput: when `start` is of another net or width.
@@ -106,6 +108,8 @@ def train(
     identity["data"]["backbone"] = hash_file(backbone) if backbone else "none"
     if start:
         identity["data"]["start"] = hash_file(start)
+    if recipe:
+        identity["recipe"] = dict(recipe)
     _claim(folder, identity)
     fit = Fit(net, settings)
     training, validation = data.streams(settings)
@@ -225,6 +229,8 @@ def _precision_hint(known: dict[str, Any], wanted: dict[str, Any]) -> str:
 
 def _complete(known: dict[str, Any], wanted: Mapping[str, Any]) -> None:
     """Write out what the record of an earlier version leaves open."""
+    defaults = {k: v for k, v in TrainingSettings(known["net"]).record().items() if k not in known}
+    known |= defaults
     recorded = settings_of_record(known["net"], known["net_settings"])
     known["net_settings"] = full_settings(known["net"], recorded)
     if known["precision"] == "auto":

@@ -32,6 +32,7 @@ class TrainingSettings:
     Attributes:
         net, width, net_settings: see `nets.build.build_net`; defaults are filled in.
         iterations, batch, lr, betas: of Adam; the rate falls linearly to 0.
+        decay_over: iterations after which the rate would be 0; None = at the end.
         class_weights: of unchanged and changed pixels in the loss.
         crop_px: side of the squares that are cut out of reference images, at their own size.
         preprocessing: how pictures become numbers.
@@ -50,6 +51,7 @@ class TrainingSettings:
     batch: int = 32
     lr: float = 1e-4
     betas: tuple[float, float] = (0.5, 0.999)
+    decay_over: int | None = None
     class_weights: tuple[float, float] = (1.0, 1.0)
     crop_px: int = 256
     preprocessing: Preprocessing = "bgr_128"
@@ -69,6 +71,11 @@ class TrainingSettings:
             raise InvalidInput("training batch: batch norm needs at least 2 pairs, not 1")
         if self.crop_px < 64 or self.crop_px % 64:
             raise InvalidInput(f"training crop_px: a multiple of 64, but is {self.crop_px}")
+        if self.decay_over is not None and self.decay_over < self.iterations:
+            raise InvalidInput(
+                f"training decay_over: must be >= iterations ({self.iterations}), but is"
+                f" {self.decay_over}"
+            )
         if not self.lr > 0:
             raise InvalidInput(f"training lr: must be > 0, but is {self.lr}")
         if not 0 < self.held_out < 1:

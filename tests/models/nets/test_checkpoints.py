@@ -5,8 +5,8 @@ from dataclasses import asdict
 
 import pytest
 import torch
+from checkpoints import resnet18
 from seeded import filled, seeded_pictures
-from torch import nn
 from typer.testing import CliRunner
 
 from reviewer.cli import app
@@ -21,28 +21,6 @@ WIDTH = 0.125
 @pytest.fixture(scope="module")
 def cscdnet():
     return build_detector("cscdnet", WIDTH)
-
-
-def resnet18(channels=(64, 128, 256, 512), deep=False):
-    """Weights in torchvision's and timm's naming."""
-    state = {"conv1.weight": torch.randn(channels[0], 3, 7, 7), "fc.weight": torch.randn(10, 512)}
-    state |= norm("bn1", channels[0])
-    before = channels[0]
-    for stage, number in enumerate(channels, start=1):
-        for block in range(3 if deep else 2):
-            name, first = f"layer{stage}.{block}", block == 0 and stage > 1
-            state[f"{name}.conv1.weight"] = torch.randn(number, before if first else number, 3, 3)
-            state[f"{name}.conv2.weight"] = torch.randn(number, number, 3, 3)
-            state |= norm(f"{name}.bn1", number) | norm(f"{name}.bn2", number)
-            if first:
-                state[f"{name}.downsample.0.weight"] = torch.randn(number, before, 1, 1)
-                state |= norm(f"{name}.downsample.1", number)
-        before = number
-    return state
-
-
-def norm(name, number):
-    return {f"{name}.{k}": v for k, v in nn.BatchNorm2d(number).state_dict().items()}
 
 
 def test_ours_comes_back_with_its_record(tmp_path):
