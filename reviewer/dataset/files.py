@@ -25,7 +25,6 @@ from PIL.Image import Transpose
 
 from reviewer.dataset.documents import check_regular
 from reviewer.errors import InvalidInput
-from reviewer.masks import Mask
 
 IMAGE_SUFFIXES = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp"}
 LARGEST_PX = 64_000_000
@@ -219,8 +218,11 @@ def write_png(path: Path, picture: npt.NDArray[np.uint8]) -> None:
         raise OSError(f"{path}: could not be written")
 
 
-def read_grey(path: Path) -> npt.NDArray[Any]:
+def read_grey(path: Path, *, hint: str = "") -> npt.NDArray[Any]:
     """Return a one-channel image as it is stored: bool, 8 or 16 bits, or palette indices; upright.
+
+    Args:
+        hint: the way out when it has colours.
 
     Raises:
         InvalidInput: when it is no image, damaged, or has colours.
@@ -230,30 +232,9 @@ def read_grey(path: Path) -> npt.NDArray[Any]:
         colours = image.mode not in ("LA", "PA", "La")
     if array.ndim == 3:
         if colours and (array[..., :3] != array[..., :1]).any():
-            raise InvalidInput(f"{path}: should be grey, but has colours")
+            raise InvalidInput(f"{path}: should be grey, but has colours{hint}")
         array = array[..., 0]
     return array
-
-
-def read_mask(path: Path, *, black_is_changed: bool = False) -> Mask:
-    """Return a mask image as bool (H, W), True = changed.
-
-    Two values are needed: 0 and one other. Lossy masks (JPEG) and grey borders are refused rather
-    than thresholded.
-
-    Raises:
-        InvalidInput: when the image is unreadable or holds more than two values.
-    """
-    array = read_grey(path)
-    mask: Mask = array != 0
-    # Comparing with the largest value is five times faster than np.unique on a good mask.
-    if (array[mask] != array.max()).any():
-        values = np.unique(array)
-        raise InvalidInput(
-            f"{path}: a mask holds 0 and one other value, but this one has {len(values)} values"
-            f" from {values[0]} to {values[-1]}"
-        )
-    return ~mask if black_is_changed else mask
 
 
 def read_probability(path: Path) -> npt.NDArray[np.float32]:
