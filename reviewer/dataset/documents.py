@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import stat
+import unicodedata
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -63,6 +64,18 @@ def read_text(path: Path) -> str:
         raise InvalidInput(f"{path}: cannot be read, {_reason(error)}") from error
     except UnicodeDecodeError as error:
         raise InvalidInput(f"{path}: is no UTF-8 text, byte {error.start} is odd") from error
+
+
+def readable(text: str, place: str) -> str:
+    """Return a name in one form, NFKC with single spaces.
+
+    Raises:
+        InvalidInput: for control characters, surrogates and others that are not seen.
+    """
+    name = " ".join(unicodedata.normalize("NFKC", text).split())
+    if not name.isprintable():
+        raise InvalidInput(f"{place}: {text!r} has characters that nobody can read")
+    return name
 
 
 def read_json(path: Path, wanted: str) -> Any:

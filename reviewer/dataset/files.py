@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -237,23 +237,31 @@ def read_grey(path: Path, *, hint: str = "") -> npt.NDArray[Any]:
     return array
 
 
-def read_probability(path: Path) -> npt.NDArray[np.float32]:
+Check = Callable[[tuple[int, ...]], None]
+"""Refuses a shape; called before what has it is read."""
+
+
+def read_probability(path: Path, check: Check) -> npt.NDArray[np.float32]:
     """Return a probability map, float32 (H, W) in [0, 1], from an 8-bit image or a .npy file.
 
     Raises:
         InvalidInput: for another shape or dtype, NaN, or values outside [0, 1].
     """
     if path.suffix.lower() != ".npy":
+        check(image_size(path))
         array = read_grey(path)
         if array.dtype == np.bool_:
             return np.asarray(array, np.float32)
         if array.dtype != np.uint8:
             raise InvalidInput(f"{path}: a probability image has 8 bits, not {array.dtype}")
         return np.asarray(array, np.float32) / np.float32(255)
-    array = read_array(path)
-    if array.ndim != 2:
-        raise InvalidInput(f"{path}: a probability map is (height, width), not {array.shape}")
-    values = np.asarray(array, np.float32)
+
+    def check_flat(shape: tuple[int, ...]) -> None:
+        if len(shape) != 2 or not all(shape):
+            raise InvalidInput(f"{path}: a probability map is (height, width), not {shape}")
+        check(shape)
+
+    values = np.asarray(read_array(path, check_flat), np.float32)
     if not np.isfinite(values).all() or values.min() < 0 or values.max() > 1:
         raise InvalidInput(
             f"{path}: probabilities lie in [0, 1], but these go from {values.min()} to"
@@ -262,28 +270,31 @@ def read_probability(path: Path) -> npt.NDArray[np.float32]:
     return values
 
 
-def read_flow(path: Path) -> npt.NDArray[np.float32]:
+def read_flow(path: Path, check: Check) -> npt.NDArray[np.float32]:
     """Return a flow field, float32, of a Middlebury `.flo` or an `.npy` file; shape as it is there.
 
     Raises:
         InvalidInput: when the file cannot be read, or is truncated.
     """
     if path.suffix.lower() != ".flo":
-        return read_array(path).astype(np.float32)
+        with np.errstate(over="ignore"):  # what float32 cannot hold becomes infinite
+            return read_array(path, check).astype(np.float32)
     check_regular(path)
     try:
-        data = path.read_bytes()
-        magic, (width, height) = data[:4], np.frombuffer(data[4:12], "<i4")
-        if magic != b"PIEH":
-            raise ValueError(f"begins with {magic!r}, not with the mark of .flo files")
-        if width < 1 or height < 1:
-            raise ValueError(f"its size is {width}x{height}")
-        return np.frombuffer(data[12:], "<f4").reshape(height, width, 2).astype(np.float32)
-    except (OSError, ValueError) as error:
+        with path.open("rb") as file:
+            magic, (width, height) = file.read(4), struct.unpack("<ii", file.read(8))
+            if magic != b"PIEH":
+                raise ValueError(f"begins with {magic!r}, not with the mark of .flo files")
+            if width < 1 or height < 1:
+                raise ValueError(f"its size is {width}x{height}")
+            check((height, width, 2))
+            flow = np.frombuffer(file.read(), "<f4").reshape(height, width, 2)
+    except BROKEN as error:
         raise InvalidInput(f"{path}: not a readable .flo file, {error}") from error
+    return flow.astype(np.float32)
 
 
-def read_array(path: Path) -> npt.NDArray[Any]:
+def read_array(path: Path, check: Check) -> npt.NDArray[Any]:
     """Return a .npy array; pickled objects are refused.
 
     Raises:
@@ -292,9 +303,10 @@ def read_array(path: Path) -> npt.NDArray[Any]:
     check_regular(path)
     try:
         # Mapped first: a header that claims more than the file holds is found, and not allocated.
-        array: npt.NDArray[Any] = np.array(np.lib.format.open_memmap(path, mode="r"))
+        mapped = np.lib.format.open_memmap(path, mode="r")
+        if mapped.dtype.kind not in "biuf":
+            raise InvalidInput(f"{path}: holds {mapped.dtype}, not numbers")
+        check(mapped.shape)
+        return np.array(mapped)
     except BROKEN as error:
         raise InvalidInput(f"{path}: not a readable .npy array, {error}") from error
-    if array.dtype.kind not in "biuf":
-        raise InvalidInput(f"{path}: holds {array.dtype}, not numbers")
-    return array
