@@ -1,6 +1,8 @@
 """`import`: options reach the importer, and what it does unasked is printed."""
 
+import json
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -98,3 +100,24 @@ def test_a_file_name_that_is_no_text_ends_in_one_line(grey_set, monkeypatch, cap
     (grey_set / "t0" / os.fsdecode(b"\xff\xfe.png")).write_bytes(b"x")
     error = stopped(monkeypatch, capsys, "import", grey_set, "--layout", "t0t1")
     assert "a name of readable characters is needed" in error
+
+
+def test_a_name_in_a_file_that_is_no_text_is_told_all_the_same(split_folder, tmp_path):
+    square = [[1, 1, 9, 1, 9, 9, 1, 9]]
+    document = {
+        "images": [
+            {"id": 0, "file_name": "0000.png", "height": 120, "width": 160},
+            {"id": 1, "file_name": "\ud800.png", "height": 120, "width": 160},
+        ],
+        "categories": [{"id": 1, "name": "\ud800"}],
+        "annotations": [{"image_id": 0, "category_id": 1, "segmentation": square}],
+    }
+    (tmp_path / "a.json").write_text(json.dumps(document))
+    for command in (["import", "cs1"], ["import-masks", "coco", "a.json", "--replace"]):
+        done = subprocess.run(
+            [sys.executable, "-m", "reviewer", *command],
+            cwd=tmp_path, capture_output=True, text=True,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+    assert "skipped \\ud800.png: no live image of that name here" in done.stdout
+    assert "1 masks imported" in done.stdout
