@@ -6,8 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from reviewer.doi import compose, decide, degree_of_ill_posedness, integrate
+from reviewer.doi import compose, decide, degree_of_ill_posedness, integrate, integrate_crops
 from reviewer.errors import InvalidInput
+from reviewer.masks import crop_to_box
 
 SHAPE = (8, 12)
 NOTHING = np.zeros(SHAPE, bool)
@@ -237,3 +238,20 @@ def test_every_pixel_of_the_output_comes_from_detector_or_objects(
     assert (compose(change, objects, result.regions) == result.mask).all()
     covered = {n for r in result.regions for n in r.component_indices}
     assert len(covered) == len(integrate(change, [], []).regions) if change.any() else not covered
+
+
+@pytest.mark.parametrize("scope", ["image", "component"])
+def test_masks_by_columns_give_what_masks_by_rows_give(scope):
+    rng = np.random.default_rng(5)
+    change, live, past, valid = (
+        np.kron(rng.random((5, 6)) > 0.4, np.ones((8, 8), bool)) for _ in range(4)
+    )
+    by_rows = integrate(change, [live], [past], scope=scope, valid=valid)
+    turned = [np.asfortranarray(mask) for mask in (change, live, past, valid)]
+    by_columns = integrate(turned[0], [turned[1]], [turned[2]], scope=scope, valid=turned[3])
+    assert by_columns.regions == by_rows.regions and (by_columns.mask == by_rows.mask).all()
+    cut = integrate_crops(
+        turned[0], [crop_to_box(turned[1])], turned[2], scope=scope, valid=turned[3]
+    )
+    assert cut.regions == by_rows.regions
+    assert (compose(turned[0], [turned[1]], by_rows.regions) == by_rows.mask).all()

@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "reviewer"
 FLOOR = {
     "__init__": 5,  # the door for scripts, `reviewer.open`
+    "__main__": 6,  # `python -m reviewer` calls the command line
     "cli": 5,
     "app": 4,
     "editing": 3,

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image as PillowImage
 
-from reviewer.dataset.files import read_rgb
+from reviewer.dataset.files import is_plain_png, read_rgb
 from reviewer.errors import NotFound
 from reviewer.masks import Mask, components, decode_rle
 from reviewer.pipeline.fields import load_probability
@@ -53,8 +53,9 @@ def draw_layer(
     """
     if layer in ("reference", "live"):
         path = pair.reference.path if layer == "reference" else pair.live.path
-        # A PNG goes out as it is: the pixels of the file, and nothing to encode.
-        return _png(read_rgb(path)) if path.suffix.lower() != ".png" else _file(path)
+        data = _file(path)
+        # A plain PNG goes out as it is: the pixels of the file, and nothing to encode.
+        return data if is_plain_png(path) else _png(read_rgb(path))
     if layer == "ground_truth":
         revision = newest_revision(store, pair.id)
         if revision is None:

@@ -7,6 +7,7 @@ here adds its commands; `options.ORDER` says in which order they are listed.
 from __future__ import annotations
 
 import sys
+from io import TextIOWrapper
 
 import typer
 
@@ -33,6 +34,9 @@ __all__ = ["app", "main"]
 
 def main() -> None:
     """Entry point: turn errors a user can act on into one line and exit code 2."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        # Names in files may be no text; telling them must not fail for that.
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         app()
     except ReviewerError as error:

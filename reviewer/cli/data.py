@@ -11,10 +11,12 @@ from reviewer.cli.options import DEFAULT_DB, Database, Splits, app, open_store, 
 from reviewer.errors import InvalidInput
 
 if TYPE_CHECKING:
+    from reviewer.dataset.settings import ImportSettings
     from reviewer.store.database import Store
 
 LayoutName = Literal["sequence", "t0t1", "vl-cmu-cd", "pscd", "changesim"]
 PolarityName = Literal["auto", "white", "black", "nonzero"]
+HeadingName = Literal["auto", "radians", "degrees"]
 ToolName = Literal["coco", "labelme", "cvat", "label-studio"]
 LayerName = Literal["alignment", "detection", "live-objects", "reference-objects"]
 DryRun = Annotated[
@@ -37,25 +39,68 @@ def import_(
         PolarityName,
         typer.Option(help="Mask colour that means changed; nonzero: any grey above black."),
     ] = "auto",
+    changed: Annotated[
+        list[int] | None,
+        typer.Option(help="Grey level of masks that means changed; repeatable."),
+    ] = None,
+    ignore: Annotated[
+        list[int] | None,
+        typer.Option(help="Grey level of masks that is not to be scored; repeatable."),
+    ] = None,
+    mask_threshold: Annotated[
+        int | None, typer.Option(help="Changed where masks are lighter than this level.")
+    ] = None,
+    changed_colour: Annotated[
+        str | None, typer.Option(help="Colour of masks that means changed, RRGGBB.")
+    ] = None,
     max_distance: Annotated[
         float, typer.Option(help="Largest viewpoint distance of a pair, metres.", min=0)
     ] = 0.5,
     metres_per_radian: Annotated[
         float, typer.Option(help="Weight of heading in that distance.", min=0)
     ] = 1.0,
+    heading: Annotated[
+        HeadingName, typer.Option(help="Unit of theta in poses.csv; auto: radians up to a turn.")
+    ] = "auto",
+    skip_bad: Annotated[
+        bool,
+        typer.Option("--skip-bad", help="Leave out pairs with a bad file or of two sizes."),
+    ] = False,
     dry_run: DryRun = False,
     db: Database = DEFAULT_DB,
 ) -> None:
     """Import splits: each one whole, or not at all; splits that are there are left alone."""
     from tempfile import TemporaryDirectory
 
+    from reviewer.dataset.settings import ImportSettings
+
+    settings = ImportSettings(
+        layout=layout,
+        polarity=polarity,
+        max_distance=max_distance,
+        metres_per_radian=metres_per_radian,
+        heading=heading,
+        changed=tuple(changed or ()),
+        ignore=tuple(ignore or ()),
+        mask_threshold=mask_threshold,
+        changed_colour=_colour(changed_colour) if changed_colour else None,
+        skip_bad=skip_bad,
+    )
     with TemporaryDirectory() as nowhere:
         # What would happen leaves no database behind where there was none.
         place = Path(nowhere) / "reviewer.db" if dry_run and not db.exists() else db
         with open_store(place, create=True) as store:
-            import_all(
-                store, folder, layout, polarity, split, max_distance, metres_per_radian, dry_run
-            )
+            import_all(store, folder, settings, split, dry_run=dry_run)
+
+
+def _colour(text: str) -> tuple[int, int, int]:
+    try:
+        red, green, blue = bytes.fromhex(text.removeprefix("#"))
+    except ValueError as error:
+        raise InvalidInput(
+            f"--changed-colour {text}: six hexadecimal digits are needed, such as ff0000"
+        ) from error
+    return red, green, blue
 
 
 @app.command("import-masks")
@@ -153,20 +198,17 @@ def import_layer(
 def import_all(
     store: Store,
     folder: Path,
-    layout: LayoutName,
-    polarity: PolarityName,
-    split: str | None,
-    max_distance: float,
-    metres_per_radian: float,
+    settings: ImportSettings,
+    split: str | None = None,
+    *,
     dry_run: bool = False,
 ) -> None:
-    from reviewer.dataset.importer import ImportSettings, import_split
+    from reviewer.dataset.importer import import_split
     from reviewer.dataset.layouts import find_splits
 
-    found = find_splits(folder, layout)
+    found = find_splits(folder, settings.layout)
     if split is not None and len(found) > 1:
         raise InvalidInput(f"--split {split}: {folder} holds {len(found)} splits, name one folder")
-    settings = ImportSettings(layout, polarity, max_distance, metres_per_radian)
     reports = []
     with progress_bar("import") as bar:
         for name, place in found:
@@ -190,6 +232,8 @@ def import_all(
                 f"{report.split}: {report.pairs} pairs, {report.masks} with a mask,"
                 f" {len(report.skipped)} files skipped, masks: {report.polarity}"
             )
+        for note in report.notes:
+            typer.echo(f"{report.split}: {note}")
     pairs = sum(report.pairs for report in reports)
     skipped = sum(len(report.skipped) for report in reports)
     would = "would be " if dry_run else ""

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 from typer.core import TyperGroup
 
+from reviewer.errors import NotFound
+
 if TYPE_CHECKING:
     from reviewer.store.database import Store
 
@@ -56,6 +58,21 @@ def open_store(path: Path, *, create: bool = False) -> Store:
     from reviewer.store.database import Store
 
     return Store(path, create=create)
+
+
+def require_pairs(store: Store) -> None:
+    """Refuse what works on pairs where there are none.
+
+    Raises:
+        NotFound: when the database holds no pairs; says what brings them in.
+    """
+    from reviewer.store.pairs import pair_ids
+
+    if not pair_ids(store):
+        raise NotFound(
+            f"database {store.path}: holds no pairs; bring some in with: reviewer import DIR"
+            " (or look around first: reviewer demo)"
+        )
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from reviewer.cli.options import (
     open_store,
     print_table,
     progress_bar,
+    require_pairs,
 )
 from reviewer.errors import InvalidInput
 
@@ -91,6 +92,7 @@ def run(
             members[place] = {**own, **members.get(place, {})}
     given = {key: value for key, value in given.items() if value is not None}
     with open_store(db) as store:
+        require_pairs(store)
         stored = {known.name: known.settings for known in list_runs(store)}.get(name or "", {})
         # The stored settings of a member do not fit another one.
         kept = {
@@ -164,6 +166,7 @@ def evaluate(
     chosen = Protocol(protocol, empty, weight, by)
     standings = check_standings(state or (), "--state")
     with open_store(db) as store:
+        require_pairs(store)
         if shapes:
             _print_shapes(store, run, format)
             return

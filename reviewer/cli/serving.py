@@ -37,6 +37,7 @@ def demo(
 ) -> None:
     """Render the demo world, import it, run the weight-free pipeline, and open the app."""
     from reviewer.dataset.demo.world import plan_splits, render_world
+    from reviewer.dataset.settings import ImportSettings
     from reviewer.pipeline.settings import PipelineSettings
 
     if pairs_per_split != "paper" and not (pairs_per_split.isdigit() and int(pairs_per_split) > 0):
@@ -50,7 +51,7 @@ def demo(
             done += pairs
             bar(done, total, name)
     with open_store(data / "reviewer.db", create=True) as store:
-        import_all(store, data, "sequence", "auto", None, 0.5, 1.0)
+        import_all(store, data, ImportSettings())
         run_stages(store, None, PipelineSettings(), "all", None, workers)
         print_scores(store, None, "table")
     if not check:

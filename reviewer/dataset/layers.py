@@ -9,15 +9,22 @@ Flows are Middlebury `.flo` or `.npy` (H, W, 2), live pixel -> reference pixel, 
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from reviewer.dataset.files import read_array, read_flow, read_grey, read_probability
+from reviewer.dataset.documents import MALFORMED, read_json, readable
+from reviewer.dataset.files import (
+    image_size,
+    read_array,
+    read_flow,
+    read_grey,
+    read_probability,
+)
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.masks import Mask, encode_rle
 from reviewer.records import ObjectInstance, Pair, Run, Side
@@ -87,8 +94,7 @@ def import_layer(
         if kind == "alignment":
             read[pair.id] = pack.alignment(pair, *_read_flow(path, pair))
         elif kind == "detection":
-            probability = read_probability(path)
-            _check_size(path, pair, probability.shape)
+            probability = read_probability(path, partial(_check_size, path, pair))
             read[pair.id] = pack.detection(probability)
         else:
             side: Side = "live" if kind == "live-objects" else "reference"
@@ -107,17 +113,23 @@ def _read_flow(path: Path, pair: Pair) -> tuple[np.ndarray, Mask]:
     Raises:
         InvalidInput: when the flow is no float (H, W, 2) of the live image's size.
     """
-    flow = read_flow(path)
-    if flow.ndim != 3 or flow.shape[2] != 2:
-        raise InvalidInput(f"{path}: a flow is (height, width, 2), not {flow.shape}")
-    _check_size(path, pair, flow.shape[:2])
+
+    def check_flow(shape: tuple[int, ...]) -> None:
+        if len(shape) != 3 or shape[2] != 2:
+            raise InvalidInput(f"{path}: a flow is (height, width, 2), not {shape}")
+        _check_size(path, pair, shape[:2])
+
+    flow = read_flow(path, check_flow)
     believed: Mask = np.asarray(np.isfinite(flow).all(axis=2))
     beside = path.with_name(f"{path.stem}.confidence.npy")
+
+    def check_confidence(shape: tuple[int, ...]) -> None:
+        if len(shape) != 2:
+            raise InvalidInput(f"{beside}: a confidence is (height, width), not {shape}")
+        _check_size(beside, pair, shape)
+
     if beside.exists():
-        confidence = read_array(beside)
-        if confidence.ndim != 2:
-            raise InvalidInput(f"{beside}: a confidence is (height, width), not {confidence.shape}")
-        _check_size(beside, pair, confidence.shape)
+        confidence = read_array(beside, check_confidence)
         believed = np.asarray(believed & (confidence > LEAST_CONFIDENCE))
     return np.where(believed[..., None], flow, 0).astype(np.float32), believed
 
@@ -140,37 +152,42 @@ def _check_size(path: Path, pair: Pair, shape: tuple[int, ...]) -> None:
 
 
 def _read_objects(path: Path, pair: Pair, side: Side) -> list[ObjectInstance]:
-    masks = _read_instances(path)
+    rles = [encode_rle(mask) for mask in _read_instances(path, pair)]
     names = path.with_suffix(".json")
-    labels = _read_names(names, len(masks)) if names.exists() else [("", 1.0)] * len(masks)
-    objects = []
-    for number, (mask, (label, score)) in enumerate(zip(masks, labels, strict=True)):
-        _check_size(path, pair, mask.shape)
-        objects.append(ObjectInstance(side, number, label, score, encode_rle(mask)))
-    return objects
+    labels = _read_names(names, len(rles)) if names.exists() else [("", 1.0)] * len(rles)
+    return [
+        ObjectInstance(side, number, label, score, rle)
+        for number, (rle, (label, score)) in enumerate(zip(rles, labels, strict=True))
+    ]
 
 
-def _read_instances(path: Path) -> list[Mask]:
-    if path.suffix.lower() == ".npy":
-        stack = read_array(path)
-        if stack.ndim != 3:
-            raise InvalidInput(f"{path}: object masks are (N, height, width), not {stack.shape}")
-        return [np.asarray(plane != 0) for plane in stack]
-    labels = read_grey(path)
-    return [np.asarray(labels == value) for value in np.unique(labels) if value != 0]
+def _read_instances(path: Path, pair: Pair) -> Iterator[Mask]:
+    """Yield the masks of a stack or of a label image one by one: together they may be many times
+    the size of the file."""
+    if path.suffix.lower() != ".npy":
+        _check_size(path, pair, image_size(path))
+        labels = read_grey(path)
+        yield from (np.asarray(labels == value) for value in np.unique(labels) if value != 0)
+        return
+
+    def check_stack(shape: tuple[int, ...]) -> None:
+        if len(shape) != 3:
+            raise InvalidInput(f"{path}: object masks are (N, height, width), not {shape}")
+        _check_size(path, pair, shape[1:])
+
+    yield from (np.asarray(plane != 0) for plane in read_array(path, check_stack))
 
 
 def _read_names(path: Path, count: int) -> list[tuple[str, float]]:
+    wanted = 'a list of {"label": .., "score": ..}'
+    content = read_json(path, wanted)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
         names = [(str(item.get("label", "")), float(item.get("score", 1.0))) for item in content]
-    except (OSError, ValueError, AttributeError, TypeError) as error:
-        raise InvalidInput(
-            f'{path}: must be a list of {{"label": .., "score": ..}}, {error}'
-        ) from error
+    except MALFORMED as error:
+        raise InvalidInput(f"{path}: not {wanted}, {error!r}") from error
     if len(names) != count:
         raise InvalidInput(f"{path}: names {len(names)} objects, but the masks hold {count}")
     for _, score in names:
         if not 0 <= score <= 1:
             raise InvalidInput(f"{path}: a score lies in [0, 1], but one is {score}")
-    return names
+    return [(readable(label, str(path)), score) for label, score in names]

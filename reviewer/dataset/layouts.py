@@ -7,24 +7,19 @@
     pscd        t0/ t1/ mask_t1/ (mask_t0/ is in the other frame and is not read)
     changesim   .../Seq_N/ with rgb/, t0/rgb/ and change_segmentation/: changed where not black
 
-Reads names, never pixels; `importer` does the rest.
+Reads names, never pixels; what the masks mean is the matter of `truths`, the rest of `importer`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
-import numpy as np
-
-from reviewer.dataset.files import list_images, read_grey, read_mask, read_rgb
+from reviewer.dataset.documents import read_text
+from reviewer.dataset.files import list_images
+from reviewer.dataset.settings import Layout
 from reviewer.errors import InvalidInput, NotFound
-from reviewer.masks import Mask
 
-Layout = Literal["sequence", "t0t1", "vl-cmu-cd", "pscd", "changesim"]
-Polarity = Literal["auto", "white", "black", "nonzero"]
 Skipped = tuple[Path, str]
 
 FOLDERS: dict[Layout, list[tuple[str, str, str]]] = {
@@ -98,7 +93,7 @@ def read_layout(place: Path, layout: Layout) -> LayoutFiles:
     only = None
     if place.is_file():
         only = {
-            Path(line.split()[0]).stem for line in place.read_text().splitlines() if line.strip()
+            Path(line.split()[0]).stem for line in read_text(place).splitlines() if line.strip()
         }
         place = place.parent.parent
     names = names_in(place, layout)
@@ -138,28 +133,3 @@ def _numbered(place: Path) -> LayoutFiles:
 
 def _if_there(folder: Path, root: Path) -> tuple[dict[str, Path], list[Skipped]]:
     return list_images(folder, root) if folder.is_dir() else ({}, [])
-
-
-MaskReader = Callable[[Path], Mask]
-
-
-def mask_reader(layout: Layout, polarity: Polarity, black: bool) -> MaskReader:
-    """Return how the masks of a layout are read.
-
-    Args:
-        polarity: as the user said; "nonzero" takes every value above 0 for changed.
-        black: what "auto" came to: black is changed.
-    """
-    if layout == "vl-cmu-cd":
-        return lambda path: _between(read_grey(path))
-    if layout == "changesim":
-        return lambda path: np.asarray(read_rgb(path).any(axis=2))
-    if polarity == "nonzero" or (layout == "pscd" and polarity == "auto"):
-        return lambda path: read_grey(path) > 0
-    return lambda path: read_mask(path, black_is_changed=black)
-
-
-def _between(levels: np.ndarray) -> Mask:
-    """Changed where 0 < value < 255, which is sky."""
-    changed: Mask = (levels > 0) & (levels < 255)
-    return changed

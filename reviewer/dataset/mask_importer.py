@@ -93,7 +93,7 @@ def import_masks(
         raise NotFound(f"{path}: does not exist")
     pairs = list_pairs(store, splits)
     images = READERS[tool](path)
-    labels = sorted({label for image in images for label in image.layers})
+    labels = sorted(set[str]().union(*(image.labels for image in images)))
     for label in change:
         if label not in labels:
             there = ", ".join(map(repr, labels)) or "none"
@@ -109,8 +109,8 @@ def import_masks(
             strangers.append(image.name)
             continue
         _check_size(image, pair)
-        shapeless = not image.layers and not image.left_out
-        if not any(reading[label] != LEFT_OUT for label in image.layers) and not (
+        shapeless = not image.shapes and not image.left_out
+        if not any(reading[label] != LEFT_OUT for label in image.labels) and not (
             shapeless and empty
         ):
             blank.append(image.name)
@@ -185,9 +185,11 @@ def _check_size(image: Annotated, pair: Pair) -> None:
 
 
 def _masks(image: Annotated, reading: Mapping[str, str]) -> tuple[Rle, Rle | None]:
+    layers = image.layers
+
     def union(kind: str) -> Mask:
         whole = np.zeros((image.height, image.width), np.bool_)
-        for label, layer in image.layers.items():
+        for label, layer in layers.items():
             if reading[label] == kind:
                 whole |= layer
         return whole

@@ -33,13 +33,15 @@ class NewImage:
 
 @dataclass(frozen=True, slots=True)
 class NewPair:
-    """A pair to import, by the names of its images, with its ground truth where there is one."""
+    """A pair to import, by the names of its images, with its ground truth where there is one, and
+    the pixels of it that are not to be scored."""
 
     name: str
     reference: str
     live: str
     viewpoint_distance: float | None
     truth: Rle | None
+    ignore: Rle | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +93,8 @@ def add_split(
             ).lastrowid
             assert pair_id is not None
             if pair.truth is not None:
-                insert_revision(db, pair_id, 1, pair.truth, "import")
+                ignore_rle = pair.ignore.counts if pair.ignore else None
+                insert_revision(db, pair_id, 1, pair.truth, "import", ignore_rle=ignore_rle)
         return split_id
 
     return split_of_id(store, store.write(work))

@@ -10,8 +10,9 @@ from reviewer.dataset.demo.renderer import Camera, Scene
 from reviewer.dataset.demo.rooms import WORKSPACES
 from reviewer.dataset.demo.shapes import Material, box
 from reviewer.dataset.demo.world import PAPER_PAIRS, SplitPlan, plan_splits, render_split
-from reviewer.dataset.files import read_mask, read_rgb
+from reviewer.dataset.files import read_rgb
 from reviewer.dataset.poses import read_map, read_poses
+from reviewer.dataset.truths import read_two_levels
 from reviewer.masks import components
 
 TRUE_SIZES = {  # metres, longest and second side
@@ -43,11 +44,11 @@ def test_the_same_seed_gives_the_same_bytes(rendered, tmp_path):
 
 def test_masks_cover_objects_and_nothing_else(rendered):
     for k in range(2):
-        mask = read_mask(rendered / "mask" / f"{k:04d}.png")
+        mask = read_two_levels(rendered / "mask" / f"{k:04d}.png").changed
         live = read_rgb(rendered / "live" / f"{k:04d}.png").astype(int)
         assert mask.shape == (480, 640) == live.shape[:2]
         assert mask.mean() < 0.05
-    assert any(read_mask(p).any() for p in (rendered / "mask").iterdir())
+    assert any(read_two_levels(p).changed.any() for p in (rendered / "mask").iterdir())
 
 
 def test_the_poses_and_the_map_can_be_read(rendered):

@@ -4,13 +4,16 @@ import math
 import os
 import shutil
 import struct
+import tracemalloc
 import zlib
 
 import cv2
 import numpy as np
 import pytest
+from PIL import Image as PillowImage
 from scenes import textured, write_split
 
+from reviewer.dataset.files import read_rgb
 from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.dataset.layouts import find_splits
 from reviewer.errors import InvalidInput, NotFound
@@ -215,3 +218,159 @@ def test_splits_are_found_in_a_folder_or_one_below(tmp_path):
     assert [n for n, _ in find_splits(tmp_path / "world" / "cs2", "sequence")] == ["cs2"]
     with pytest.raises(NotFound, match="no reference/ live/"):
         find_splits(tmp_path, "sequence")
+
+
+def test_a_picture_that_lies_on_its_side_is_measured_as_it_is_shown(db, split_folder):
+    exif = PillowImage.Exif()
+    exif[0x0112] = 6
+    lying = PillowImage.fromarray(np.ascontiguousarray(np.rot90(textured(1))))
+    lying.save(split_folder / "live" / "0001.png", exif=exif)
+    report = bring_in(db, split_folder)
+    pair = list_pairs(db)[1]
+    assert (pair.live.height, pair.live.width) == (120, 160)
+    assert (read_rgb(pair.live.path) == textured(1)).all()
+    assert "1 images are turned as their EXIF orientation says" in report.notes
+
+
+def test_transparency_is_left_out_with_a_word(db, split_folder):
+    clear = np.dstack([textured(1), np.zeros((120, 160), np.uint8)])
+    PillowImage.fromarray(clear).save(split_folder / "live" / "0001.png")
+    assert "1 images have transparency, which is left out" in bring_in(db, split_folder).notes
+
+
+def test_a_huge_mask_is_refused_by_its_header(db, split_folder):
+    (split_folder / "mask" / "0000.png").write_bytes(
+        cv2.imencode(".png", np.zeros((7000, 9000), np.uint8))[1].tobytes()
+    )
+    tracemalloc.start()
+    with pytest.raises(InvalidInput, match="is 9000x7000 but its live image is 160x120"):
+        bring_in(db, split_folder)
+    assert tracemalloc.get_traced_memory()[1] < 20_000_000
+    tracemalloc.stop()
+
+
+def test_bad_pairs_are_left_out_when_that_is_said(db, tmp_path):
+    folder = write_t0t1(tmp_path / "set")
+    for k in range(2, 7):
+        cv2.imwrite(str(folder / "t0" / f"{k}.jpg"), textured(k))
+        cv2.imwrite(str(folder / "t1" / f"{k}.png"), textured(k))
+    (folder / "t1" / "2.png").write_bytes(other_size())
+    (folder / "t0" / "3.jpg").write_bytes(truncated_jpeg())
+    cv2.imwrite(str(folder / "t1" / "4.png"), textured(4).astype(np.uint16))
+    (folder / "mask" / "5.png").write_bytes(encode_png(np.zeros((5, 5), bool)))
+    (folder / "mask" / "6.png").write_bytes(truncated_png())
+    with pytest.raises(InvalidInput, match=r"2: live .* is 80x60 .*\(--skip-bad leaves such pairs"):
+        bring_in(db, folder, "set", layout="t0t1")
+    report = bring_in(db, folder, "set", layout="t0t1", skip_bad=True)
+    assert (report.pairs, report.masks) == (2, 2)
+    reasons = {path.stem: reason for path, reason in report.skipped}
+    assert sorted(reasons) == ["2", "3", "4", "5", "6"]
+    assert all(reason.startswith("bad pair, ") for reason in reasons.values())
+    assert "damaged image" in reasons["6"] and "more than 8 bits" in reasons["4"]
+    assert [pair.name for pair in list_pairs(db)] == ["0", "1"]
+
+
+def test_bad_pairs_alone_are_no_split(db, tmp_path):
+    folder = write_t0t1(tmp_path / "set")
+    for k in range(2):
+        (folder / "t1" / f"{k}.png").write_bytes(b"junk")
+    with pytest.raises(InvalidInput, match=r"no pairs; 2 files skipped, the first is 0\.png: bad"):
+        bring_in(db, folder, "set", layout="t0t1", skip_bad=True)
+
+
+def turned_by(degrees):
+    def change(lines):
+        rows = [line.split(",") for line in lines[1:]]
+        return [lines[0], *(",".join([*row[:5], str(float(row[5]) + degrees)]) for row in rows)]
+
+    return change
+
+
+def test_headings_in_degrees_are_not_taken_for_radians(db, split_folder):
+    rewrite_poses(split_folder, turned_by(180))
+    with pytest.raises(
+        InvalidInput, match=r"line 2: heading \(column theta\) is 180.01, more than"
+    ):
+        bring_in(db, split_folder)
+    report = bring_in(db, split_folder, heading="degrees")
+    assert report.pairs == 3
+    assert "viewpoints are x, y in metres and heading (column theta) in degrees" in report.notes
+    assert list_pairs(db)[0].live.pose.theta == pytest.approx(math.pi)
+
+
+def test_headings_that_count_on_after_a_turn_are_radians_when_that_is_said(db, split_folder):
+    rewrite_poses(split_folder, turned_by(20 * math.pi))
+    report = bring_in(db, split_folder, heading="radians")
+    assert report.pairs == 3 and any("theta) in radians" in note for note in report.notes)
+    assert list_pairs(db)[0].viewpoint_distance == pytest.approx(0.0374, abs=1e-4)
+
+
+def test_the_heading_s_part_in_a_distance_is_named(db, split_folder):
+    rewrite_poses(split_folder, lambda lines: [
+        line.replace("live,0002,102,2.03,0.0,0.0", "live,0002,102,2.03,0.0,3.0") for line in lines
+    ])  # fmt: skip
+    (_, reason), *_ = bring_in(db, split_folder).skipped
+    assert "is 2.99 m away (limit 0.5), with 2.99 radians of heading between them" in reason
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "has no column session"),
+        (b"\xff\xfe\x00", "is no UTF-8 text"),
+        (b"session,name,stamp,x,y,theta\nlive,0000,1,1e308,0,0", "go up to 1e.08 at most"),
+        (b"session,name,stamp,x,y,theta\nlive,0000,1,inf,0,0", "must be finite numbers"),
+        (b"session,name,stamp,x,y,theta\nlive,0000", "could not convert"),
+        (b"session,name,stamp,x,y,theta\nlive,\x00,1,0,0,0", "has no row in poses.csv"),
+        (b"session,name,stamp,x,y,theta\nlive," + b"a" * 200_000 + b",1,0,0,0", "poses.csv, line"),
+    ],
+)
+def test_broken_poses_are_one_sentence(db, split_folder, content, message):
+    (split_folder / "poses.csv").write_bytes(content)
+    with pytest.raises(InvalidInput, match=message) as caught:
+        bring_in(db, split_folder)
+    assert "poses.csv" in str(caught.value) and "\n" not in str(caught.value)
+
+
+LAUGHS = "a: &a [x, x]\nb: &b [*a, *a]\nimage: map.pgm\nresolution: 1\norigin: [0, 0, 0]\n"
+
+
+@pytest.mark.parametrize(
+    ("yaml", "message"),
+    [
+        (LAUGHS, "aliases are not read"),
+        ("a: " + "[" * 5000, "is no readable YAML"),
+        ("# " + "x" * 70_000, "has more than 64 KiB"),
+        ("image: !!bool maybe", "is no readable YAML"),
+        ("image: !!timestamp x", "is no readable YAML"),
+        ("[1", "is no readable YAML"),
+        ("hello", "needs image, resolution and origin"),
+        ("", "needs image, resolution and origin"),
+        ("image: map.pgm\nresolution: .inf\norigin: [0, 0, 0]", "must be positive"),
+        ("image: map.pgm\nresolution: 1\norigin: [.nan, 0, 0]", "go up to 1e.08 at most"),
+        ("image: map.pgm\nresolution: 1e308\norigin: [0, 0, 0]", "go up to 1e.08 at most"),
+        ('image: "a\\0b"\nresolution: 1\norigin: [0, 0, 0]', "needs image"),
+        ("image: .\nresolution: 1\norigin: [0, 0, 0]", "is a folder, not a regular file"),
+    ],
+)
+def test_a_broken_map_is_one_sentence_and_found_by_a_dry_run(db, split_folder, yaml, message):
+    (split_folder / "map.yaml").write_text(yaml)
+    with pytest.raises(InvalidInput, match=message) as caught:
+        import_split(db, "cs1", split_folder, ImportSettings(), lambda *_: None, dry_run=True)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("place", ["poses.csv", "map.yaml", "live/0001.png", "mask/0001.png"])
+@pytest.mark.parametrize("kind", ["pipe", "loop"])
+def test_a_pipe_or_a_loop_of_links_among_the_files_is_named(db, split_folder, place, kind):
+    path = split_folder / place
+    path.unlink()
+    os.mkfifo(path) if kind == "pipe" else path.symlink_to(path)
+    with pytest.raises(InvalidInput, match=f"{path.name}: "):
+        bring_in(db, split_folder)
+
+
+@pytest.mark.parametrize("name", ["a\nb", "\udcff", "a\x1b[31m"])
+def test_a_split_whose_name_is_no_text_is_refused(db, split_folder, name):
+    with pytest.raises(InvalidInput, match=r"split '.*: a name has"):
+        bring_in(db, split_folder, name)

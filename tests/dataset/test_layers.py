@@ -1,7 +1,9 @@
 """A lab's own detector maps and object masks come in beside ours."""
 
 import json
+import tracemalloc
 
+import cv2
 import numpy as np
 import pytest
 
@@ -152,3 +154,90 @@ def test_a_truncated_flo_is_refused(db, tiny_split, aligned_elsewhere, tmp_path)
         (tmp_path / "0000.flo").write_bytes(content)
         with pytest.raises(InvalidInput, match=r"not a readable \.flo file"):
             import_layer(db, aligned_elsewhere, "alignment", tmp_path, tiny_split, pack)
+
+
+def objects_of(db, pair, run, tmp_path, names):
+    labels = np.zeros((1, 120, 160), np.uint8)
+    labels[0, :5] = 1
+    np.save(tmp_path / "0000.npy", labels)
+    (tmp_path / "0000.json").write_bytes(names if isinstance(names, bytes) else names.encode())
+    import_layer(db, run, "live-objects", tmp_path, [pair], packing(run))
+    return load_objects(db, run.id, pair.id)
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        ("", "0000.json: not a list of .*, it is no JSON"),
+        ("[" * 100_000, "0000.json: not a list of .*, it is nested too deeply"),
+        (b"\xff\xfe", "0000.json: is no UTF-8 text"),
+        ("5", "0000.json: not a list of "),
+        ("[5]", "0000.json: not a list of "),
+        ('[{"score": 1e999}]', "a score lies in .0, 1., but one is inf"),
+        ('[{"score": NaN}]', "a score lies in .0, 1., but one is nan"),
+        (r'[{"label": "\ud800"}]', "has characters that nobody can read"),
+        (r'[{"label": "a\u0000b"}]', "has characters that nobody can read"),
+    ],
+)
+def test_broken_names_of_objects_are_one_sentence(
+    db, tiny_split, own_run, tmp_path, names, message
+):
+    with pytest.raises(InvalidInput, match=message):
+        objects_of(db, tiny_split[0], own_run, tmp_path, names)
+
+
+def test_names_of_objects_are_put_into_one_form(db, tiny_split, own_run, tmp_path):
+    (thing,) = objects_of(db, tiny_split[0], own_run, tmp_path, r'[{"label": "\uff50en\n box "}]')
+    assert thing.label == "pen box"
+
+
+def sparse_array(path, shape):
+    """A file that holds what its header says, all zeros and none of it on the disk."""
+    with path.open("wb") as file:
+        header = {"descr": "|u1", "fortran_order": False, "shape": shape}
+        np.lib.format.write_array_header_1_0(file, header)
+        file.truncate(file.tell() + int(np.prod(shape)))
+
+
+@pytest.mark.parametrize(
+    ("kind", "shape", "message"),
+    [
+        ("detection", (60_000, 60_000), "is 60000x60000 but the live image"),
+        ("live-objects", (9, 20_000, 20_000), "is 20000x20000 but the live image"),
+        ("alignment", (30_000, 30_000, 2), "is 30000x30000 but the live image"),
+        ("detection", (0, 0), r"a probability map is \(height, width\), not \(0, 0\)"),
+    ],
+)
+def test_the_size_of_an_array_is_checked_before_it_is_read(
+    db, tiny_split, tmp_path, kind, shape, message
+):
+    settings = PipelineSettings("imported", "imported", segmenter="imported")
+    run = prepare_run(db, "sparse", settings)
+    sparse_array(tmp_path / "0000.npy", shape)
+    tracemalloc.start()
+    with pytest.raises(InvalidInput, match=message):
+        import_layer(db, run, kind, tmp_path, tiny_split[:1], packing(run))
+    assert tracemalloc.get_traced_memory()[1] < 20_000_000
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize("kind", ["detection", "live-objects"])
+def test_the_size_of_an_image_is_checked_by_its_header(db, tiny_split, own_run, tmp_path, kind):
+    assert cv2.imwrite(str(tmp_path / "0000.png"), np.zeros((7000, 9000), np.uint8))
+    tracemalloc.start()
+    with pytest.raises(InvalidInput, match="is 9000x7000 but the live image"):
+        import_layer(db, own_run, kind, tmp_path, tiny_split[:1], packing(own_run))
+    assert tracemalloc.get_traced_memory()[1] < 20_000_000
+    tracemalloc.stop()
+
+
+def test_a_flow_beyond_what_float32_holds_is_not_believed(
+    db, tiny_split, aligned_elsewhere, tmp_path
+):
+    flow = np.zeros((120, 160, 2))
+    flow[:, :80] = 1e308
+    np.save(tmp_path / "0000.npy", flow)
+    run = aligned_elsewhere
+    import_layer(db, run, "alignment", tmp_path, tiny_split[:1], packing(run))
+    valid = decode_rle(load_alignment(db, run.id, tiny_split[0].id).valid)
+    assert not valid[:, :80].any() and valid[10:110, 90:150].all()

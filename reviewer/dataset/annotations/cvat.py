@@ -1,14 +1,19 @@
-"""CVAT for images 1.1: masks, polygons, boxes and ellipses of `annotations.xml`."""
+"""CVAT for images 1.1: masks, polygons, boxes and ellipses of `annotations.xml`.
+
+Boxes and ellipses may be turned: degrees clockwise around their middle.
+"""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 
-from reviewer.dataset.annotations.shapes import Annotated
+from reviewer.dataset.annotations.shapes import Annotated, Canvas
+from reviewer.dataset.documents import MALFORMED, read_xml
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
 
@@ -19,10 +24,7 @@ def read_cvat(path: Path) -> list[Annotated]:
     Raises:
         InvalidInput: when it is not of that format; the message names the image.
     """
-    try:
-        root = ElementTree.parse(path).getroot()
-    except (OSError, ElementTree.ParseError) as error:
-        raise InvalidInput(f"{path}: not readable XML, {error}") from error
+    root = read_xml(path)
     if root.tag != "annotations" or root.find("image") is None:
         raise InvalidInput(f"{path}: holds no <image>; export as 'CVAT for images 1.1'")
     return [_read(element, path) for element in root.iter("image")]
@@ -33,47 +35,46 @@ def _read(element: ElementTree.Element, path: Path) -> Annotated:
     place = f"{path}, image {name!r}"
     try:
         image = Annotated(name, int(element.attrib["height"]), int(element.attrib["width"]), place)
-        for shape in element:
-            _paint(image, shape)
-    except (KeyError, ValueError) as error:
+    except MALFORMED as error:
         raise InvalidInput(f"{place}: malformed, {error!r}") from error
+    for shape in element:
+        draw = DRAWERS.get(shape.tag)
+        if draw is not None:
+            image.add(shape.get("label", ""), partial(draw, shape=shape.attrib))
+        elif shape.tag != "tag":
+            image.left_out[shape.tag] += 1
     return image
 
 
-def _paint(image: Annotated, shape: ElementTree.Element) -> None:
-    label, kind = shape.get("label", ""), shape.tag
-
-    def number(name: str) -> float:
-        return float(shape.attrib[name])
-
-    if kind == "mask":
-        height, width = int(number("height")), int(number("width"))
-        runs = [int(run) for run in shape.attrib["rle"].split(",")]
-        image.paint(
-            label,
-            _by_rows(runs, height, width, image.place),
-            int(number("left")),
-            int(number("top")),
-        )
-    elif kind == "polygon":
-        corners = [
-            [float(value) for value in corner.split(",")]
-            for corner in shape.attrib["points"].split(";")
-        ]
-        image.polygon(label, corners)
-    elif kind == "box" and not number_or_zero(shape, "rotation"):
-        image.box(label, number("xtl"), number("ytl"), number("xbr"), number("ybr"))
-    elif kind == "box":
-        image.polygon(label, _turned(shape))
-    elif kind == "ellipse" and not number_or_zero(shape, "rotation"):
-        image.ellipse(label, number("cx"), number("cy"), number("rx"), number("ry"))
-    elif kind != "tag":
-        image.left_out[kind] += 1
+def _mask(canvas: Canvas, shape: Mapping[str, str]) -> None:
+    left, top, width, height = (
+        int(float(shape[key])) for key in ("left", "top", "width", "height")
+    )
+    canvas.check_inside(height, width, left, top)
+    runs = [int(run) for run in shape["rle"].split(",")]
+    canvas.paint(_by_rows(runs, height, width, canvas.place), left, top)
 
 
-def number_or_zero(shape: ElementTree.Element, name: str) -> float:
-    """Return an attribute that may be missing."""
-    return float(shape.get(name, "0"))
+def _polygon(canvas: Canvas, shape: Mapping[str, str]) -> None:
+    corners = [tuple(map(float, corner.split(","))) for corner in shape["points"].split(";")]
+    canvas.polygon(corners)
+
+
+def _box(canvas: Canvas, shape: Mapping[str, str]) -> None:
+    x0, y0, x1, y1 = (float(shape[key]) for key in ("xtl", "ytl", "xbr", "ybr"))
+    canvas.turned_box(x0, y0, x1, y1, _rotation(shape), ((x0 + x1) / 2, (y0 + y1) / 2))
+
+
+def _ellipse(canvas: Canvas, shape: Mapping[str, str]) -> None:
+    x, y, rx, ry = (float(shape[key]) for key in ("cx", "cy", "rx", "ry"))
+    canvas.ellipse(x, y, rx, ry, _rotation(shape))
+
+
+DRAWERS = {"mask": _mask, "polygon": _polygon, "box": _box, "ellipse": _ellipse}
+
+
+def _rotation(shape: Mapping[str, str]) -> float:
+    return float(shape.get("rotation", "0"))
 
 
 def _by_rows(runs: list[int], height: int, width: int, place: str) -> Mask:
@@ -84,18 +85,3 @@ def _by_rows(runs: list[int], height: int, width: int, place: str) -> Mask:
         )
     flat = np.repeat(np.arange(len(runs)) % 2 == 1, runs)
     return flat.reshape(height, width)
-
-
-def _turned(shape: ElementTree.Element) -> list[list[float]]:
-    """Return the corners of a box that is turned around its middle, degrees clockwise."""
-    x0, y0, x1, y1 = (float(shape.attrib[key]) for key in ("xtl", "ytl", "xbr", "ybr"))
-    middle_x, middle_y = (x0 + x1) / 2, (y0 + y1) / 2
-    angle = math.radians(float(shape.attrib["rotation"]))
-    cos, sin = math.cos(angle), math.sin(angle)
-    return [
-        [
-            middle_x + (x - middle_x) * cos - (y - middle_y) * sin,
-            middle_y + (x - middle_x) * sin + (y - middle_y) * cos,
-        ]
-        for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
-    ]

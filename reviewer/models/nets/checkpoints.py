@@ -118,6 +118,17 @@ def load_checkpoint(path: Path, expected: str | None = None) -> tuple[nn.Module,
         InvalidInput: when the file is not a checkpoint of a net known here, or of another than
             expected; the message says what it looks like instead.
     """
+    try:
+        return _load(path, expected)
+    except InvalidInput as error:
+        if str(path) in str(error):
+            raise
+        raise InvalidInput(f"{path}: {error}") from error
+    except (LookupError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
+        raise InvalidInput(f"{path}: a damaged checkpoint, {error!r}") from error
+
+
+def _load(path: Path, expected: str | None) -> tuple[nn.Module, NetRecord]:
     content = read_weights(path)
     if content.get("format") == FORMAT:
         known = {f.name for f in fields(NetRecord)}
@@ -161,7 +172,8 @@ def read_weights(path: Path) -> dict[str, Any]:
             " save its state_dict() instead"
         ) from error
     except Exception as error:  # torch, zip and safetensors readers raise what they like
-        raise InvalidInput(f"{path}: not a checkpoint, {str(error).splitlines()[0]}") from error
+        reason = (str(error).splitlines() or ["it is cut off"])[0]
+        raise InvalidInput(f"{path}: not a checkpoint, {reason}") from error
     if not isinstance(content, dict):
         raise InvalidInput(f"{path}: holds a {type(content).__name__}, not a dict of weights")
     return content
