@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table, progress_bar
 from reviewer.errors import NotFound
-
-if TYPE_CHECKING:
-    from reviewer.evaluation.audit import Predictor
 
 audit_app = typer.Typer(
     help="Report on the decisions of a run.", no_args_is_help=True, rich_markup_mode=None
@@ -37,6 +34,7 @@ def report(
     """Compare decisions with the oracle's by split, label, size and reason; DoI as a predictor."""
     from reviewer.evaluation.audit import audit_report
     from reviewer.evaluation.outcomes import refresh_terms
+    from reviewer.evaluation.predictors import predictor_rows, seen_text
     from reviewer.store.audited import audit_rows
     from reviewer.store.runs import run_or_newest
 
@@ -49,9 +47,9 @@ def report(
         raise NotFound(f"run {chosen.name}: no region of it lies in a pair with ground truth")
     found = audit_report(rows)
     if figure is not None:
-        from reviewer.evaluation.audit_figure import draw_predictor
+        from reviewer.evaluation.audit_figure import draw_predictors
 
-        draw_predictor(found.predictor, figure)
+        draw_predictors(found.predictors, figure)
     if as_json:
         typer.echo(json.dumps(found.record(), indent=1))
         return
@@ -67,18 +65,6 @@ def report(
             f"{people.things} regions were judged by two or more: {people.share:.1%} of opinions"
             f" agree, Krippendorff's alpha {people.alpha:.3f}"
         )
-    print_table(_figures(found.predictor), title="DoI as a predictor of detector errors")
-
-
-def _figures(found: Predictor) -> list[dict[str, object]]:
-    errors = f"{found.errors} of {found.regions} regions"
-    rows: list[dict[str, object]] = [{"figure": "errors (IoU < 0.5)", "value": errors, "95 %": ""}]
-    for name, interval, note in (
-        ("AUROC", found.auroc, ""),
-        ("AUPRC", found.auprc, ""),
-        ("AURC", found.aurc, f" (best {found.aurc_best:.3f}, random {found.aurc_random:.3f})"),
-        ("calibration error", found.ece, ""),
-    ):
-        span = f"{interval.low:.3f} to {interval.high:.3f}"
-        rows.append({"figure": name, "value": f"{interval.value:.3f}{note}", "95 %": span})
-    return rows
+    title = "DoI as a predictor of detector errors, 95 % intervals over pairs"
+    print_table(predictor_rows(found.predictors), title=title)
+    typer.echo(seen_text(found.seen))

@@ -6,6 +6,7 @@ import base64
 import html
 import io
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import IO, Any
 
 import numpy as np
@@ -14,9 +15,10 @@ from matplotlib.figure import Figure
 from reviewer import __version__
 from reviewer.errors import NotFound
 from reviewer.evaluation.audit import AuditReport, audit_report
-from reviewer.evaluation.audit_figure import draw_predictor
+from reviewer.evaluation.audit_figure import draw_predictors
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import refresh_terms, run_terms
+from reviewer.evaluation.predictors import predictor_rows, seen_text
 from reviewer.evaluation.protocols import Protocol, protocol_lines
 from reviewer.evaluation.rows_figure import draw_rows, telling_pairs
 from reviewer.evaluation.rules import rule_of_run, vary_rule
@@ -149,7 +151,10 @@ def _run_part(store: Store, run: Run) -> str:
     if rows:
         found = audit_report(rows)
         parts.append(_audit_text(found))
-        parts.append(_picture(lambda file: draw_predictor(found.predictor, file), "DoI and errors"))
+        parts.append(_table(predictor_rows(found.predictors)))
+        parts.append(f'<p class="soft">{html.escape(seen_text(found.seen))}.</p>')
+        draw = partial(draw_predictors, found.predictors)
+        parts.append(_picture(draw, "DoI and errors"))
         parts.append(
             "<details><summary>decisions by split, label, size and reason</summary>"
             f"{_table(found.confusion)}<br>{_table(found.groups)}<br>{_table(found.verdicts)}"
@@ -159,21 +164,11 @@ def _run_part(store: Store, run: Run) -> str:
 
 
 def _audit_text(found: AuditReport) -> str:
-    predictor = found.predictor
-    figures = ", ".join(
-        f"{name} {interval.value:.3f} [{interval.low:.3f}, {interval.high:.3f}]"
-        for name, interval in (
-            ("AUROC", predictor.auroc),
-            ("AUPRC", predictor.auprc),
-            ("AURC", predictor.aurc),
-            ("calibration error", predictor.ece),
-        )
-    )
     right = sum(row["right"] for row in found.groups if row["by"] == "split")
     return (
         f"<p>{found.regions} regions, {found.counted} with something to decide; {right} of these"
-        " decisions leave as few wrong pixels as any. DoI as a predictor of detector errors"
-        f" (95 % intervals over pairs): {figures}.</p>"
+        " decisions leave as few wrong pixels as any. DoI as a predictor of detector errors, with"
+        " 95 % intervals over pairs:</p>"
     )
 
 
