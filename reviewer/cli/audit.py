@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -25,6 +25,10 @@ def _audit() -> None:
 @audit_app.command()
 def report(
     run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
+    seen: Annotated[
+        Literal["keep", "reject"] | None,
+        typer.Option(help="Decide so where f_b = 0; else as the run did."),
+    ] = None,
     figure: Annotated[
         Path | None, typer.Option(help="Write risk-coverage and reliability, .png or .pdf.")
     ] = None,
@@ -35,6 +39,7 @@ def report(
     from reviewer.evaluation.audit import audit_report
     from reviewer.evaluation.outcomes import refresh_terms
     from reviewer.evaluation.predictors import predictor_rows, seen_text
+    from reviewer.evaluation.rules import rule_of_run
     from reviewer.store.audited import audit_rows
     from reviewer.store.runs import run_or_newest
 
@@ -45,7 +50,8 @@ def report(
         rows = audit_rows(store, chosen.id)
     if not rows:
         raise NotFound(f"run {chosen.name}: no region of it lies in a pair with ground truth")
-    found = audit_report(rows)
+    decided = seen or rule_of_run(chosen.settings).seen
+    found = audit_report(rows, decided)
     if figure is not None:
         from reviewer.evaluation.audit_figure import draw_predictors
 
@@ -54,7 +60,8 @@ def report(
         typer.echo(json.dumps(found.record(), indent=1))
         return
     typer.echo(
-        f"run {chosen.name}: {found.regions} regions, {found.counted} with something to decide"
+        f"run {chosen.name}, scope {chosen.settings['scope']}, f_b = 0: {decided}:"
+        f" {found.regions} regions, {found.counted} with something to decide"
     )
     print_table(found.confusion, title="decisions and the oracle's (fewer wrong pixels)")
     print_table(found.groups, title="where decisions are right, and what the wrong ones cost")

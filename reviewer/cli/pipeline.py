@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 StageName = Literal["align", "detect", "label", "search", "integrate", "all"]
 ScopeName = Literal["component", "image"]
+SeenName = Literal["keep", "reject"]
 EngineChoice = Literal["local", "ray"]
 ProtocolName = Literal["pooled", "image_mean", "mean_pr"]
 EmptyName = Literal["skip", "one", "zero"]
@@ -55,6 +56,12 @@ def run(
         typer.Option("--set", help="STAGE.SETTING=VALUE of a member; repeatable."),
     ] = None,
     scope: Annotated[ScopeName | None, typer.Option(help="Scope of DoI.")] = None,
+    seen: Annotated[
+        SeenName | None,
+        typer.Option(
+            help="What the reference shows too (f_b = 0): keep M_o, as the paper; reject."
+        ),
+    ] = None,
     low: Annotated[float | None, typer.Option(help="Adopt where DoI is above.")] = None,
     high: Annotated[float | None, typer.Option(help="Adopt where DoI is below.")] = None,
     threshold: Annotated[float | None, typer.Option(help="Changed where p is above.")] = None,
@@ -73,7 +80,8 @@ def run(
 
     if address is not None and engine != "ray":
         raise InvalidInput(f"--address {address}: is for --engine ray")
-    given: dict[str, Any] = {"scope": scope, "low": low, "high": high, "threshold": threshold}
+    given: dict[str, Any] = {"scope": scope, "seen": seen, "low": low, "high": high}
+    given["threshold"] = threshold
     members: dict[str, Any] = {str(k): v for k, v in read_settings(set_ or []).items()}
     folders: dict[str, Path] = {}
     named = {"align": aligner, "detect": detector, "label": labeller, "search": segmenter}

@@ -6,9 +6,10 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from reviewer.doi import Choice, Seen
 from reviewer.evaluation.agreement import Agreement, agreement
 from reviewer.evaluation.predictors import (
     Predictor,
@@ -21,6 +22,11 @@ from reviewer.store.audited import AuditRow
 
 SIZES = ((0, "< 8²"), (64, "< 16²"), (256, "< 32²"), (1024, ">= 32²"))
 EITHER = "either"
+CHOICES: dict[Seen, tuple[Choice, ...]] = {
+    "keep": ("adopt", "keep"),
+    "reject": ("adopt", "keep", "reject"),
+}
+"""What a rule decides between."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +58,14 @@ class AuditReport:
         return record
 
 
-def audit_report(rows: Sequence[AuditRow]) -> AuditReport:
-    """Return the report of the regions of a run."""
+def audit_report(rows: Sequence[AuditRow], seen: Seen = "keep") -> AuditReport:
+    """Return the report of the regions of a run, decided as `seen` says where f_b = 0.
+
+    Where that is "reject", the best decision may be to reject as well.
+    """
+    rows = [_decided(row, seen) for row in rows]
     counted = [row for row in rows if "adopt" in row.outcomes and detector_spoke(row)]
-    pairs = Counter((row.choice, oracle_choice(row)) for row in counted)
+    pairs = Counter((row.choice, oracle_choice(row, seen)) for row in counted)
     confusion = [
         {"decision": choice, "oracle": best, "regions": number}
         for (choice, best), number in sorted(pairs.items())
@@ -66,16 +76,16 @@ def audit_report(rows: Sequence[AuditRow]) -> AuditReport:
         "size": _size,
         "reason": lambda row: row.reason,
     }
-    groups = [group for way, key in ways.items() for group in _grouped(way, counted, key)]
+    groups = [group for way, key in ways.items() for group in _grouped(way, counted, key, seen)]
     said = Counter((row.verdict, row.choice, row.verdict_reason) for row in rows if row.verdict)
     verdicts = [
         {"verdict": verdict, "decision": choice, "reason": reason or "-", "regions": number}
         for (verdict, choice, reason), number in sorted(said.items())
     ]
     people = agreement([row.opinions for row in rows])
-    predictors, seen = predict_errors(rows)
+    predictors, seen_regions = predict_errors(rows)
     return AuditReport(
-        len(rows), len(counted), confusion, groups, verdicts, people, predictors, seen
+        len(rows), len(counted), confusion, groups, verdicts, people, predictors, seen_regions
     )
 
 
@@ -87,23 +97,26 @@ def _without_nan(value: Any) -> Any:
     return None if isinstance(value, float) and math.isnan(value) else value
 
 
-def oracle_choice(row: AuditRow) -> str:
-    """Return adopt or keep, whichever leaves fewer wrong pixels in the region, or "either"."""
-    adopt, keep = _wrong(row.outcomes["adopt"]), _wrong(row.outcomes["keep"])
-    if adopt == keep:
-        return EITHER
-    return "adopt" if adopt < keep else "keep"
+def oracle_choice(row: AuditRow, seen: Seen = "keep") -> str:
+    """Return the decision that leaves fewest wrong pixels in the region, or "either" where several
+    do."""
+    wrong = {choice: _wrong(row.outcomes[choice]) for choice in CHOICES[seen]}
+    best = [choice for choice, pixels in wrong.items() if pixels == min(wrong.values())]
+    return best[0] if len(best) == 1 else EITHER
+
+
+def _decided(row: AuditRow, seen: Seen) -> AuditRow:
+    return replace(row, choice=seen) if row.reason == "seen_in_reference" else row
 
 
 def _wrong(counts: Counts) -> int:
     return counts.fp + counts.fn
 
 
-def _lost(row: AuditRow) -> int:
+def _lost(row: AuditRow, seen: Seen) -> int:
     """Pixels that the oracle's decision would have had right."""
-    return _wrong(row.outcomes[row.choice]) - min(
-        _wrong(row.outcomes["adopt"]), _wrong(row.outcomes["keep"])
-    )
+    best = min(_wrong(row.outcomes[choice]) for choice in CHOICES[seen])
+    return _wrong(row.outcomes[row.choice]) - best
 
 
 def _size(row: AuditRow) -> str:
@@ -113,7 +126,7 @@ def _size(row: AuditRow) -> str:
 
 
 def _grouped(
-    way: str, rows: Sequence[AuditRow], key: Callable[[AuditRow], str]
+    way: str, rows: Sequence[AuditRow], key: Callable[[AuditRow], str], seen: Seen
 ) -> list[dict[str, Any]]:
     groups: dict[str, list[AuditRow]] = {}
     for row in rows:
@@ -122,9 +135,8 @@ def _grouped(
     in_order = [title for _, title in SIZES] if way == "size" else sorted(groups)
     for name in (name for name in in_order if name in groups):
         members = groups[name]
-        best = [oracle_choice(row) for row in members]
-        right = sum(b in (EITHER, row.choice) for b, row in zip(best, members, strict=True))
-        lost = sum(_lost(row) for row in members)
+        losses = [_lost(row, seen) for row in members]
+        right, lost = losses.count(0), sum(losses)
         found.append(
             {
                 "by": way,

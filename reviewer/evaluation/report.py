@@ -139,7 +139,7 @@ def _run_part(store: Store, run: Run) -> str:
         curve = engine.sweep([vary_rule(rule, "high", float(v)) for v in values]).mean_f()
         levels = {
             "detector alone": float(engine.base().mean_f()[0]),
-            "oracle decisions": float(engine.oracle().mean_f()[0]),
+            f"oracle, scope {rule.scope}": float(engine.oracle(rule.scope, rule.seen).mean_f()[0]),
         }
         parts.append(
             _picture(
@@ -149,7 +149,7 @@ def _run_part(store: Store, run: Run) -> str:
         )
     rows = audit_rows(store, run.id)
     if rows:
-        found = audit_report(rows)
+        found = audit_report(rows, rule_of_run(run.settings).seen)
         parts.append(_audit_text(found))
         parts.append(_table(predictor_rows(found.predictors)))
         parts.append(f'<p class="soft">{html.escape(seen_text(found.seen))}.</p>')

@@ -1,6 +1,7 @@
 """The audit report: decisions against the oracle's, and DoI as a predictor of errors."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -141,6 +142,20 @@ def test_the_trivial_baseline_is_whether_an_object_touches_the_region():
     assert baseline.auroc.value == pytest.approx((5.5 + 2 * 2.5) / (3 * 6))
 
 
+def test_where_a_rule_rejects_the_best_decision_may_reject_too():
+    seen = [replace(r, reason="seen_in_reference") for r in SEEN[:2]]
+    kept, rejected = (audit_report([*ROWS, *seen], way) for way in ("keep", "reject"))
+    table = {(r["decision"], r["oracle"]): r["regions"] for r in rejected.confusion}
+    # 6: 75 wrong pixels when kept, 90 adopted, 40 rejected; 7: 2, 0 and 30.
+    assert table["reject", "reject"] == 1 and table["reject", "adopt"] == 1
+    assert {r["decision"] for r in kept.confusion} == {"adopt", "keep"}
+    lost = [
+        sum(g["pixels lost"] for g in found.groups if g["group"] == "seen_in_reference")
+        for found in (kept, rejected)
+    ]
+    assert lost == [5 + 2, 30]
+
+
 def test_regions_seen_in_the_reference_stand_on_a_line_of_their_own():
     found = audit_report([*ROWS, *SEEN])
     assert (found.seen.regions, found.seen.errors, found.seen.share) == (2, 1, 0.5)
@@ -160,6 +175,7 @@ def test_the_report_of_a_run_and_its_figure(db, run, tiny_split, tmp_path):
     for line in ("regions with an object", "with an object and f_b = 1", "no object touches it"):
         assert line in done.output
     assert "0 regions were seen in the reference (f_b = 0, so DoI is 0)" in done.output
+    assert "scope component, f_b = 0: keep" in done.output
     record = json.loads(CliRunner().invoke(app, ["audit", "report", "--json", *place]).output)
     assert record["regions"] == len(audit_rows(db, run.id))
     assert record["verdicts"][0]["verdict"] == "reject"
