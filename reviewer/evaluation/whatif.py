@@ -25,6 +25,7 @@ from reviewer.evaluation.term_arrays import (
     sum_by,
 )
 from reviewer.evaluation.terms import PairTerms
+from reviewer.metrics import Counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +56,8 @@ class WhatIf:
         place = {split: k for k, split in enumerate(self.splits)}
         self._pair_split = np.array([place[split] for split, _ in pairs], np.int64)
         terms = [terms for _, terms in pairs]
-        self._truth = self._pool(np.array([t.truth_px for t in terms], np.int64)[None])[0]
+        self._truth_px = np.array([t.truth_px for t in terms], np.int64)
+        self._truth = self._pool(self._truth_px[None])[0]
         self._pairs = len(pairs)
         self._parts = PartArrays(terms)
         self._objects = EquationArrays([(k, o) for k, t in enumerate(terms) for o in t.objects])
@@ -71,10 +73,13 @@ class WhatIf:
         """Return the counts of every rule."""
         return Sweep(self.splits, *self._counts(*self._decided(rules)), self._truth)
 
-    def counts_by_pair(self, rule: Rule) -> tuple[Ints, Ints]:
-        """Return TP and FP of every pair under a rule, int64 (pairs,)."""
+    def counts_by_pair(self, rule: Rule) -> list[Counts]:
+        """Return TP, FP and FN of every pair under a rule, in the order of the pairs."""
         tp, fp = self._by_pair(*self._decided([rule]))
-        return tp[0], fp[0]
+        return [
+            Counts(int(right), int(wrong), int(there - right))
+            for right, wrong, there in zip(tp[0], fp[0], self._truth_px, strict=True)
+        ]
 
     def changed_pairs(self, first: Rule, second: Rule) -> Ints:
         """Return the places of the pairs whose masks differ between two rules, ascending."""

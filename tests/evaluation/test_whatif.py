@@ -93,10 +93,11 @@ def test_the_base_is_the_detector(whatif):
 
 def test_counts_by_pair_add_up_to_those_of_the_splits(whatif):
     rule = Rule(scope="image", seen="reject")
-    tp, fp = whatif.counts_by_pair(rule)
-    sweep = whatif.sweep([rule])
+    counts, sweep = whatif.counts_by_pair(rule), whatif.sweep([rule])
     for k in range(3):
-        assert tp[k::3].sum() == sweep.tp[0, k] and fp[k::3].sum() == sweep.fp[0, k]
+        pooled = total(counts[k::3])
+        assert (pooled.tp, pooled.fp) == (sweep.tp[0, k], sweep.fp[0, k])
+        assert pooled.tp + pooled.fn == sweep.truth_px[k]
 
 
 def test_pairs_without_anything_count_nothing():
