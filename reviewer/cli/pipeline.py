@@ -22,7 +22,6 @@ from reviewer.errors import InvalidInput
 
 if TYPE_CHECKING:
     from reviewer.evaluation.protocols import Protocol
-    from reviewer.evaluation.tables import Line
     from reviewer.records import Run
     from reviewer.store.database import Store
 
@@ -136,8 +135,20 @@ def evaluate(
     by: Annotated[GroupName, typer.Option(help="What a line is.")] = "split",
     weight: Annotated[WeightName, typer.Option(help="What the mean line weighs alike.")] = "groups",
     table_a: Annotated[
-        bool, typer.Option("--table-a", help="One line a run: mean F without and with DoI.")
+        bool,
+        typer.Option("--table-a", help="The paper's: methods without and with DoI, both scopes."),
     ] = False,
+    matrix: Annotated[
+        bool, typer.Option("--matrix", help="What was trained on by what was tested on (--by).")
+    ] = False,
+    repeat: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=run1,run2: one row, mean and spread; for tables, figure-e."),
+    ] = None,
+    seen: Annotated[
+        SeenName | None,
+        typer.Option(help="Tables: what becomes of f_b = 0; else as each run did."),
+    ] = None,
     shapes: Annotated[
         bool, typer.Option("--shapes", help="Objects found at IoU 0.1, 0.25, 0.5, and borders.")
     ] = False,
@@ -168,13 +179,21 @@ def evaluate(
             return
         if report is not None:
             _write_report(store, run, chosen, report)
-        lines = print_scores(store, run, format, chosen, table_a=table_a)
+        if table_a or matrix or figure_e is not None:
+            from reviewer.cli.tables import draw_figure_e, print_rows, table_rows
+
+            found = table_rows(store, run, chosen, repeat or [], seen)
+            title = f"F ({chosen.kind}), mean over {chosen.weight}"
+            if table_a:
+                print_rows(store, found, "table_a", format, title)
+            if matrix:
+                print_rows(store, found, "matrix", format, title)
+            if figure_e is not None:
+                draw_figure_e(found, figure_e)
+        if not (table_a or matrix):
+            print_scores(store, run, format, chosen)
         if figure_f is not None:
             _write_rows(store, run, pairs, rows, figure_f)
-    if figure_e is not None:
-        from reviewer.evaluation.split_figure import draw_splits
-
-        draw_splits(lines, figure_e)
 
 
 def _write_report(store: Store, run: str | None, protocol: Protocol, path: Path) -> None:
@@ -295,12 +314,10 @@ def print_scores(
     run: str | None,
     form: FormatName,
     protocol: Protocol | None = None,
-    *,
-    table_a: bool = False,
-) -> list[Line]:
+) -> None:
     from reviewer.evaluation.counting import refresh_counts
     from reviewer.evaluation.protocols import Protocol, protocol_lines
-    from reviewer.evaluation.tables import format_lines, format_rows, short_row, table_a_rows
+    from reviewer.evaluation.tables import format_lines, short_row
     from reviewer.store.runs import run_of_name
     from reviewer.store.scores import pair_scores
 
@@ -309,17 +326,9 @@ def print_scores(
     refresh_counts(store)
     chosen = protocol or Protocol()
     lines = protocol_lines(pair_scores(store, run), chosen)
-    if table_a:
-        rows = table_a_rows(lines)
-        if form == "table":
-            print_table(rows, title=f"mean F ({chosen.kind})")
-        else:
-            typer.echo(format_rows(rows, form))
-        return lines
     if form != "table":
         typer.echo(format_lines(lines, form))
-        return lines
+        return
     cells = [short_row(line, chosen.group) for line in lines]
     mean = f"mean over {chosen.weight}"
     print_table(cells, title=f"{chosen.kind} by {chosen.group}, {mean}", sections="mean")
-    return lines

@@ -24,7 +24,8 @@ from reviewer.evaluation.rows_figure import draw_rows, telling_pairs
 from reviewer.evaluation.rules import rule_of_run, vary_rule
 from reviewer.evaluation.shapes import shape_rows
 from reviewer.evaluation.split_figure import draw_splits
-from reviewer.evaluation.tables import MEAN, Line, short_row, table_a_rows
+from reviewer.evaluation.table_a import scope_rows, table_a_rows
+from reviewer.evaluation.tables import MEAN, Line, short_row
 from reviewer.records import Run
 from reviewer.store.audited import audit_rows
 from reviewer.store.database import Store
@@ -63,14 +64,16 @@ def report_page(
     """
     told("counts")
     refresh_counts(store)
-    lines = protocol_lines(pair_scores(store, run), protocol)
+    scores = pair_scores(store, run)
+    lines = protocol_lines(scores, protocol)
     if not lines:
         raise NotFound("report: no run has a prediction of a pair with ground truth")
     runs = [each for each in list_runs(store) if any(line.run == each.name for line in lines)]
     told("objects and borders")
     shapes = shape_rows(store, run)
-    parts = [_head(lines, protocol), "<h2>Mean F</h2>", _table(table_a_rows(lines))]
-    parts += ["<h2>By split</h2>", _picture(lambda file: draw_splits(lines, file), "F by split")]
+    rows = table_a_rows(store, scores, protocol)
+    parts = [_head(lines, protocol), "<h2>Mean F</h2>", _table(scope_rows(rows))]
+    parts += ["<h2>By split</h2>", _picture(lambda file: draw_splits(rows, file), "F by split")]
     parts.append(f"<details><summary>numbers</summary>{_lines_table(lines)}</details>")
     parts += [
         "<h2>Objects and borders</h2>",
