@@ -150,7 +150,7 @@ def evaluate(
         typer.Option(help="Tables: what becomes of f_b = 0; else as each run did."),
     ] = None,
     shapes: Annotated[
-        bool, typer.Option("--shapes", help="Objects found at IoU 0.1, 0.25, 0.5, and borders.")
+        bool, typer.Option("--shapes", help="Objects at IoU 0.1, 0.25, 0.5; boundary F and IoU.")
     ] = False,
     figure_e: Annotated[
         Path | None, typer.Option(help="Write bars of F by split, .png, .pdf or .svg.")
@@ -234,7 +234,10 @@ def _print_shapes(store: Store, run: str | None, form: FormatName) -> None:
     with progress_bar("masks") as bar:
         rows = shape_rows(store, run, lambda done, total: bar(done, total, ""))
     if form == "table":
-        print_table(rows, title="objects found at an IoU, and mean boundary F")
+        print_table(
+            rows,
+            title="objects found at an IoU; mean boundary F at pixels, Boundary IoU at shares of the diagonal",
+        )
     else:
         typer.echo(format_rows(rows, form))
 

@@ -78,7 +78,8 @@ def report_page(
     parts += [
         "<h2>Objects and borders</h2>",
         '<p class="soft">Precision and recall of objects at an IoU, over all pairs; mean boundary F'
-        " within some pixels.</p>",
+        " within some pixels, and Boundary IoU of bands as deep as a share of the image's"
+        " diagonal.</p>",
         _table(shapes),
     ]
     for each in runs:
