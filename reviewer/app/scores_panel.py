@@ -15,7 +15,8 @@ from reviewer.errors import ReviewerError
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.protocols import Empty, Group, Kind, Protocol, protocol_lines
 from reviewer.evaluation.report import report_page
-from reviewer.evaluation.table_a import scope_rows, table_a_rows
+from reviewer.evaluation.table_a import table_a_rows
+from reviewer.evaluation.table_a_text import scope_rows
 from reviewer.evaluation.tables import MEAN, short_row
 from reviewer.store.scores import pair_scores
 

@@ -234,10 +234,8 @@ def _print_shapes(store: Store, run: str | None, form: FormatName) -> None:
     with progress_bar("masks") as bar:
         rows = shape_rows(store, run, lambda done, total: bar(done, total, ""))
     if form == "table":
-        print_table(
-            rows,
-            title="objects found at an IoU; mean boundary F at pixels, Boundary IoU at shares of the diagonal",
-        )
+        title = "objects at an IoU; mean boundary F within pixels, IoU of bands by diagonal"
+        print_table(rows, title=title)
     else:
         typer.echo(format_rows(rows, form))
 

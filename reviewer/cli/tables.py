@@ -52,7 +52,7 @@ def print_rows(
 ) -> None:
     """Print Table A, or the matrix of what was trained on and tested on."""
     from reviewer.evaluation.matrix import matrix_cells, matrix_rows, matrix_text
-    from reviewer.evaluation.table_a import groups_of, table_a_cells, table_a_text
+    from reviewer.evaluation.table_a_text import columns_of, table_a_cells, table_a_text
 
     if not rows:
         print_table([], title=title)
@@ -63,7 +63,7 @@ def print_rows(
         else:
             typer.echo(matrix_text(matrix, form))
     elif form == "table":
-        head = ["Method", "pairs", "Mean F", *groups_of(rows)[1:]]
+        head = columns_of(rows)
         cells = [dict(zip(head, line, strict=True)) for line in table_a_cells(rows)]
         print_table(cells, title=title)
     else:

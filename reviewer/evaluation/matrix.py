@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from reviewer.evaluation.table_a import Row, groups_of, row_record, table_a_cells
+from reviewer.evaluation.table_a import Row
+from reviewer.evaluation.table_a_text import columns_of, row_record, table_a_cells
 from reviewer.evaluation.tables import Form, csv_text, format_rows
 from reviewer.store.database import Store
 from reviewer.store.runs import run_of_name
@@ -59,7 +60,7 @@ def matrix_text(matrix: Sequence[tuple[str, Row]], form: Form) -> str:
 def matrix_cells(matrix: Sequence[tuple[str, Row]]) -> list[dict[str, str]]:
     """Return the rows with every cell as text."""
     rows = [row for _, row in matrix]
-    head = ["Method", "pairs", "Mean F", *groups_of(rows)[1:]]
+    head = columns_of(rows)
     return [
         {"trained on": data, **dict(zip(head, cells, strict=True))}
         for (data, _), cells in zip(matrix, table_a_cells(rows), strict=True)

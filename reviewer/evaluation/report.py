@@ -24,7 +24,8 @@ from reviewer.evaluation.rows_figure import draw_rows, telling_pairs
 from reviewer.evaluation.rules import rule_of_run, vary_rule
 from reviewer.evaluation.shapes import shape_rows
 from reviewer.evaluation.split_figure import draw_splits
-from reviewer.evaluation.table_a import scope_rows, table_a_rows
+from reviewer.evaluation.table_a import table_a_rows
+from reviewer.evaluation.table_a_text import scope_rows
 from reviewer.evaluation.tables import MEAN, Line, short_row
 from reviewer.records import Run
 from reviewer.store.audited import audit_rows

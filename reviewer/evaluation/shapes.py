@@ -65,7 +65,8 @@ def score_shapes(predicted: Mask, truth: Mask, ignore: Mask | None = None) -> Sh
     x0, y0, x1, y1 = around.box_xyxy
     window = np.s_[max(0, y0 - 1) : y1 + 1, max(0, x0 - 1) : x1 + 1]
     ours, theirs = (np.ascontiguousarray(mask[window]) for mask in (predicted, truth))
-    depths = [border_px(*truth.shape, share) for share in SHARES]
+    height, width = truth.shape
+    depths = [border_px(height, width, share) for share in SHARES]
     return ShapeScore(
         _matched(ours, theirs),
         boundary_scores(ours, theirs, TOLERANCES_PX),

@@ -10,13 +10,14 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from reviewer.errors import NotFound
-from reviewer.evaluation.table_a import AUDITED, Row, groups_of
+from reviewer.evaluation.table_a import AUDITED, Row
+from reviewer.evaluation.table_a_text import groups_of
 from reviewer.evaluation.tables import MEAN
 
 COLOURS = ("#14828c", "#7048e8", "#e8590c", "#2f9e44", "#1971c2", "#c2255c", "#5c940d", "#495057")
 SHADES = {"": 0.35, AUDITED: 0.7}
 """How strong a method's colour is without DoI and after audit; with DoI it is full."""
-BAR_INCHES, LEAST_INCHES = 0.11, 7.0
+BAR_INCHES, LEAST_INCHES, LONG_NAME = 0.11, 8.0, 55
 
 
 @rc_context({"text.parse_math": False})  # names of runs may hold a dollar
@@ -35,7 +36,7 @@ def draw_splits(rows: Sequence[Row], path: Path | IO[bytes]) -> None:
     drawn.sort(key=lambda row: methods.index(row.title))
     groups = groups_of(drawn)[1:]
     width = max(LEAST_INCHES, BAR_INCHES * (len(drawn) + 1.5) * len(groups) + 1)
-    figure = Figure(figsize=(width, 3.6 + 0.2 * len(methods)), layout="constrained")
+    figure = Figure(figsize=(width, 3.6 + 0.25 * len(methods)), layout="constrained")
     axes = figure.subplots()
     bar = 0.84 / len(drawn)
     for k, row in enumerate(drawn):
@@ -56,5 +57,6 @@ def draw_splits(rows: Sequence[Row], path: Path | IO[bytes]) -> None:
     axes.set(ylabel="F", ylim=(0, 1))
     axes.set_xticks(range(len(groups)), groups)
     axes.spines[["top", "right"]].set_visible(False)
-    figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=2)
+    columns = 2 if max(len(row.text) for row in drawn) < LONG_NAME else 1
+    figure.legend(loc="outside lower center", frameon=False, fontsize=8, ncols=columns)
     figure.savefig(path, dpi=130)

@@ -12,13 +12,8 @@ from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.matrix import trained_on
 from reviewer.evaluation.protocols import Protocol
 from reviewer.evaluation.split_figure import draw_splits
-from reviewer.evaluation.table_a import (
-    Row,
-    scope_rows,
-    table_a_cells,
-    table_a_rows,
-    table_a_text,
-)
+from reviewer.evaluation.table_a import Row, table_a_rows
+from reviewer.evaluation.table_a_text import scope_rows, table_a_cells, table_a_text
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.pairs import pair_ids
