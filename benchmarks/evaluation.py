@@ -22,9 +22,10 @@ from reviewer.dataset.demo.world import PAPER_PAIRS, SplitPlan, render_split
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import _packed, _unpacked
 from reviewer.evaluation.protocols import Protocol, protocol_lines
+from reviewer.evaluation.rules import Rule
 from reviewer.evaluation.shapes import shape_rows
 from reviewer.evaluation.terms import ObjectTerms, PairTerms
-from reviewer.evaluation.whatif import Rule, WhatIf
+from reviewer.evaluation.whatif import WhatIf
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.export.t0t1 import export_t0t1
 from reviewer.masks import decode_rle, encode_rle

@@ -65,6 +65,12 @@ def m008_approvals(db: Database) -> None:
     _run(db, "m008_approvals")
 
 
+@migrations()
+def m012_terms(db: Database) -> None:
+    """Let a rule reject what the reference shows too."""
+    _run(db, "m012_terms")
+
+
 def _run(db: Database, name: str) -> None:
     script = (SCRIPTS / f"{name}.sql").read_text(encoding="utf-8")
     mask = (SCRIPTS / "mask_columns.sql").read_text(encoding="utf-8").rstrip()

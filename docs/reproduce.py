@@ -54,6 +54,8 @@ TITLES = {
     "cscdnet-attention": "CSCDNet + Siamese attention mask",
     "cscdnet-wider": "CSCDNet, twice as wide",
 }
+VARIANTS = ("", "component", "image")
+"""Without DoI, and with it under both scopes, as `evaluate --table-a` names them."""
 SHOWN = ("cs1/0000", "cr2/0001", "hw1/0002", "lr2/0000", "cs3/0001")
 CELL, RIM = (240, 180), 2
 JPEG = [cv2.IMWRITE_JPEG_QUALITY, 88]
@@ -90,15 +92,14 @@ def detect(name: str) -> None:
 
 def table() -> str:
     """Return the page: commands, table, scores by split."""
-    lines = json.loads(reviewer(f"evaluate --db {DB} --format json"))
-    score = {(line["run"], line["method"], line["split"]): line for line in lines}
+    rows = json.loads(reviewer(f"evaluate --db {DB} --table-a --format json"))
+    score = {(row["run"], row["DoI"]): row for row in rows}
     runs = {net: DIFFERENCE if net == "difference" else net for net in TITLES}
-    rows = [
-        "| | without DoI | with DoI | training | pairs | processor |",
-        "|---|---|---|---|---|---|",
-    ]
+    doi = ["without DoI", "with DoI (component)", "with DoI (image)"]
+    head = ["", *doi, "training", "pairs", "processor"]
+    lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
     for net, title in TITLES.items():
-        cells = [f"{score[runs[net], method, 'mean']['f_score']:.4f}" for method in ("base", "doi")]
+        cells = [f"{score[runs[net], variant]['mean']:.4f}" for variant in VARIANTS]
         trained = ["-", "-", "-"]
         if net in TRAININGS:
             words = TRAININGS[net].split()
@@ -108,17 +109,19 @@ def table() -> str:
             width = words[words.index("--width") + 1]
             trained = [f"width {width}, {iterations} iterations"]
             trained += [str(int(iterations) * int(batch)), f"{minutes:.1f} min"]
-        rows.append("| " + " | ".join([title, *cells, *trained]) + " |")
-    splits = sorted({line["split"] for line in lines} - {"mean"})
-    rows += ["", "F by split, without / with DoI:", "", "| | " + " | ".join(splits) + " |"]
-    rows.append("|---" * (len(splits) + 1) + "|")
+        lines.append("| " + " | ".join([title, *cells, *trained]) + " |")
+    first = score[runs["difference"], ""]
+    splits = list(first)[list(first).index("mean") + 1 :]
+    about = "F by split, without DoI / with DoI (component) / with DoI (image):"
+    lines += ["", about, "", "| | " + " | ".join(splits) + " |"]
+    lines.append("|---" * (len(splits) + 1) + "|")
     for net, title in TITLES.items():
         cells = [
-            " / ".join(f"{score[runs[net], m, split]['f_score']:.2f}" for m in ("base", "doi"))
+            " / ".join(f"{score[runs[net], variant][split]:.2f}" for variant in VARIANTS)
             for split in splits
         ]
-        rows.append("| " + " | ".join([title, *cells]) + " |")
-    return "\n".join(rows) + "\n"
+        lines.append("| " + " | ".join([title, *cells]) + " |")
+    return "\n".join(lines) + "\n"
 
 
 def pictures() -> None:

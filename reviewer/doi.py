@@ -8,14 +8,16 @@ Pure functions on bool (H, W) masks, True = changed or object; nothing here read
 the store. Callers: `pipeline.integrate`, `store` views by way of the records, the app's audit.
 
 Where the paper is open: scope `image` is the equation as written (one region a pair); scope
-`component` judges each live object against the 8-connected components of M_o that it touches.
+`component` judges each live object against the 8-connected components of M_o that it touches. A
+variant of ours, seen = "reject", takes out of M_o what the reference shows an object at (f_b = 0),
+where the paper keeps it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -28,10 +30,11 @@ HIGH = 0.9
 
 Scope = Literal["image", "component"]
 Overlaps = Literal["best", "all"]
+Seen = Literal["keep", "reject"]
 Choice = Literal["adopt", "keep", "reject"]
 Reason = Literal[
     "between_thresholds",  # low < DoI < high: the object replaces the detector's components
-    "seen_in_reference",  # f_b = 0: the object was there before
+    "seen_in_reference",  # f_b = 0: the object was there before (kept, or rejected by `seen`)
     "agrees",  # DoI <= low although f_b = 1: detector and object are the same mask
     "too_ill_posed",  # DoI >= high: look again
     "no_detection",  # M_o is empty: the output is empty
@@ -60,7 +63,7 @@ class Region:
         f_b: 1 when overlap_px <= max_overlap_px, else 0.
         iou: IoU(O_l, m) inside the valid warp, in [0, 1].
         doi: f_b * (1 - iou), in [0, 1].
-        choice: "adopt" the object or "keep" the detector's components.
+        choice: "adopt" the object, "keep" the detector's components, or "reject" both.
         inspect: DoI >= high.
         reason: why, see `Reason`.
         box_xyxy: box around object and components, pixels; None when both are empty.
@@ -132,6 +135,7 @@ def integrate(
     max_overlap_px: int = 0,
     overlaps: Overlaps = "best",
     touching_only: bool = False,
+    seen: Seen = "keep",
 ) -> Integration:
     """Decide every region of a pair and compose the final mask.
 
@@ -146,6 +150,8 @@ def integrate(
         max_overlap_px: tolerance of f_b.
         overlaps: which of several adoptable objects on one component are adopted.
         touching_only: scope "image": O_l holds only the instances that share a pixel with M_o.
+        seen: what becomes of a region with f_b = 0 that the warp shows: "keep" M_o (the paper) or
+            "reject" its components.
 
     Raises:
         InvalidInput: when a mask has another size than `change`, or a setting is unknown.
@@ -169,6 +175,7 @@ def integrate(
         max_overlap_px=max_overlap_px,
         overlaps=overlaps,
         touching_only=touching_only,
+        seen=seen,
     )
 
 
@@ -184,6 +191,7 @@ def integrate_crops(
     max_overlap_px: int = 0,
     overlaps: Overlaps = "best",
     touching_only: bool = False,
+    seen: Seen = "keep",
 ) -> Integration:
     """Do what `integrate` does, for objects that are cut out already.
 
@@ -198,12 +206,14 @@ def integrate_crops(
     _check("O_r", reference, shape)
     if valid is not None:
         _check("valid warp", valid, shape)
-    if scope not in ("image", "component") or overlaps not in ("best", "all"):
-        raise InvalidInput(f"DoI settings: unknown scope {scope!r} or overlaps {overlaps!r}")
+    given = {"scope": (scope, Scope), "overlaps": (overlaps, Overlaps), "seen": (seen, Seen)}
+    for name, (value, known) in given.items():
+        if value not in get_args(known):
+            raise InvalidInput(f"DoI settings: unknown {name} {value!r}")
     decide(0.0, low=low, high=high)
     labels, parts = components(change)
     objects = {i: crop for i, crop in enumerate(live_objects) if crop is not None}
-    pair = _Pair(change, labels, parts, objects, reference, valid, low, high, max_overlap_px)
+    pair = _Pair(change, labels, parts, objects, reference, valid, low, high, max_overlap_px, seen)
     if scope == "image":
         used = [i for i in objects if not touching_only or pair.touched_by(i)]
         regions = [pair.judge(tuple(used), tuple(range(len(parts))))]
@@ -231,7 +241,7 @@ def compose(
     labels, parts = components(change)
     objects = {i: crop for i, m in enumerate(live_objects) if (crop := crop_to_box(m)) is not None}
     nowhere = np.zeros(change.shape, np.bool_)
-    pair = _Pair(change, labels, parts, objects, nowhere, None, LOW, HIGH, 0)
+    pair = _Pair(change, labels, parts, objects, nowhere, None, LOW, HIGH, 0, "keep")
     return _compose(pair, regions, verdicts or {})
 
 
@@ -248,6 +258,7 @@ class _Pair:
     low: float
     high: float
     max_overlap_px: int
+    seen: Seen
 
     def touched_by(self, index: int) -> tuple[int, ...]:
         """Indices of the components that share a pixel with a live object, ascending."""
@@ -255,7 +266,7 @@ class _Pair:
         present = np.bincount(crop.window(self.labels)[crop.pixels], minlength=1)
         return tuple(int(n) - 1 for n in np.flatnonzero(present) if n > 0)
 
-    def seen(self, crop: Crop) -> Mask:
+    def shown(self, crop: Crop) -> Mask:
         """The part of a crop that lies inside the valid warp."""
         return crop.pixels if self.valid is None else crop.pixels & crop.window(self.valid)
 
@@ -265,17 +276,20 @@ class _Pair:
         parts = [self.parts[i] for i in component_indices]
         area = overlap = shared = 0
         if found is not None:
-            seen = self.seen(found)
-            area = int(np.count_nonzero(seen))
-            overlap = int(np.count_nonzero(seen & found.window(self.reference)))
-            shared = int(np.count_nonzero(seen & found.window(self.change)))
-        either = area + sum(int(np.count_nonzero(self.seen(p))) for p in parts) - shared
+            shown = self.shown(found)
+            area = int(np.count_nonzero(shown))
+            overlap = int(np.count_nonzero(shown & found.window(self.reference)))
+            shared = int(np.count_nonzero(shown & found.window(self.change)))
+        either = area + sum(int(np.count_nonzero(self.shown(p))) for p in parts) - shared
         iou = shared / either if either else 0.0
         hidden = found is not None and area == 0
         f_b = 0 if hidden else int(overlap <= self.max_overlap_px)
         doi = f_b * (1.0 - iou)
         decision = decide(doi, low=self.low, high=self.high)
-        adopt = decision.adopt and found is not None and bool(self.parts)
+        reason = self._reason(found, hidden, f_b, decision)
+        choice: Choice = "adopt" if reason == "between_thresholds" else "keep"
+        if reason == "seen_in_reference":
+            choice = self.seen
         crops = parts if found is None else [found, *parts]
         return Region(
             object_indices,
@@ -284,9 +298,9 @@ class _Pair:
             f_b,
             iou,
             doi,
-            "adopt" if adopt else "keep",
+            choice,
             decision.inspect,
-            self._reason(found, hidden, f_b, decision),
+            reason,
             _around(crops),
         )
 

@@ -6,6 +6,7 @@ named: with `zero_over_zero=0.0` (the default) a score without any positive is 0
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -95,6 +96,35 @@ def boundary_scores(
         right, found = float(np.mean(to_theirs <= tolerance)), float(np.mean(to_ours <= tolerance))
         scores.append(_ratio(2 * right * found, right + found, 0.0))
     return tuple(scores)
+
+
+def border_px(height: int, width: int, share: float) -> int:
+    """Return how deep a border is: a share of the image's diagonal, at least one pixel."""
+    return max(1, round(share * math.hypot(height, width)))
+
+
+def boundary_ious(predicted: Mask, truth: Mask, distances_px: Sequence[int]) -> tuple[float, ...]:
+    """Return the Boundary IoU of two bool (H, W) masks for several border depths, in [0, 1].
+
+    A mask's border is those of its own pixels that lie within the distance (chessboard) of a pixel
+    outside it; what lies beyond the image is outside. The score is the IoU of both borders. Two
+    empty masks agree (1). Where the border fills an object, its Boundary IoU is its IoU. Source:
+    Cheng et al., Boundary IoU (CVPR 2021), who take 2 % of the image's diagonal (`border_px`).
+    """
+    ours, theirs = _depth(predicted), _depth(truth)
+    scores = []
+    for distance in distances_px:
+        mine, other = ((0 < depth) & (depth <= distance) for depth in (ours, theirs))
+        either = int(np.count_nonzero(mine | other))
+        scores.append(_ratio(int(np.count_nonzero(mine & other)), either, 1.0))
+    return tuple(scores)
+
+
+def _depth(mask: Mask) -> npt.NDArray[np.float32]:
+    """Return how far each pixel of a mask lies from the outside, chessboard; 0 outside it."""
+    padded = np.pad(mask, 1).view(np.uint8)
+    distance = cv2.distanceTransform(padded, cv2.DIST_C, cv2.DIST_MASK_3)
+    return np.asarray(distance[1:-1, 1:-1], np.float32)
 
 
 def _distance_to(mask: Mask) -> npt.NDArray[np.float32]:

@@ -301,5 +301,18 @@ def test_other_rules_are_scored_without_a_run(folder):
     rows = {row["rule"]: row["mean F"] for row in json.loads(found.output)}
     assert rows["high 0.9"] == pytest.approx(means["a"])
     assert rows["high 0.05"] == pytest.approx(means["b"])
-    assert rows["oracle"] >= rows["detector alone"]
+    assert rows["oracle"] >= max(rows["detector alone"], rows["high 0.9"])
+    for scope in ("component", "image"):
+        for seen in ("keep", "reject"):
+            call("run", "--name", f"{scope} {seen}", "--scope", scope, "--seen", seen)
+            call("evaluate")
+            listed = json.loads(call("runs", "list", "--json").output)
+            means = {row["run"]: row["F with DoI"] for row in listed}
+            given = ["--run", "a", "--scope", scope, "--seen", seen]
+            found = call("whatif", "high", "--values", "0.9", *given, "--json")
+            rows = {row["rule"]: row["mean F"] for row in json.loads(found.output)}
+            assert rows["high 0.9"] == pytest.approx(means[f"{scope} {seen}"])
+            assert rows["oracle"] >= rows["high 0.9"]
+            shown = " ".join(call("whatif", *given).output.split())
+            assert f"scope {scope}, f_b = 0: {seen}" in shown
     assert "must be numbers" in str(call("whatif", "high", "--values", "x").exception)

@@ -99,6 +99,38 @@ def test_image_scope_keeps_the_detector_when_the_object_was_there_before():
 
 
 @pytest.mark.parametrize("scope", ["image", "component"])
+def test_what_the_reference_shows_too_is_taken_out_where_seen_means_reject(scope):
+    result = integrate(HALF, [LIVE], [LIVE], scope=scope, seen="reject")
+    (region,) = result.regions
+    assert (region.choice, region.reason, region.doi) == ("reject", "seen_in_reference", 0.0)
+    assert not result.mask.any()
+    assert (compose(HALF, [LIVE], result.regions) == result.mask).all()
+
+
+def test_rejecting_leaves_what_no_seen_object_touches():
+    result = integrate(HALF | FAR, [LIVE], [LIVE], seen="reject")
+    assert [r.choice for r in result.regions] == ["reject", "keep"]
+    assert (result.mask == FAR).all()
+
+
+def test_an_adopted_object_stays_where_a_seen_one_takes_its_component_out():
+    new, old = block(0, 2, 0, 3), block(1, 2, 1, 5)
+    result = integrate(HALF, [new, old], [block(1, 2, 4, 5)], seen="reject")
+    assert [r.choice for r in result.regions] == ["adopt", "reject"]
+    assert (result.mask == new).all()
+
+
+@pytest.mark.parametrize("scope", ["image", "component"])
+def test_only_what_is_seen_is_rejected(scope):
+    hidden = integrate(HALF, [LIVE], [LIVE], scope=scope, valid=~LIVE, seen="reject")
+    assert (hidden.regions[0].choice, hidden.regions[0].reason) == ("keep", "outside_warp")
+    empty = integrate(NOTHING, [LIVE], [LIVE], scope=scope, seen="reject")
+    assert (empty.regions[0].choice, empty.regions[0].reason) == ("keep", "no_detection")
+    within = integrate(HALF, [LIVE], [LIVE], scope=scope, max_overlap_px=8, seen="reject")
+    assert within.regions[0].choice == "adopt"
+
+
+@pytest.mark.parametrize("scope", ["image", "component"])
 def test_an_empty_detection_gives_an_empty_output(scope):
     result = integrate(NOTHING, [LIVE], [], scope=scope)
     assert not result.mask.any()
@@ -182,6 +214,8 @@ def test_an_object_wholly_outside_the_valid_warp_is_not_judged():
 def test_unknown_settings_are_refused():
     with pytest.raises(InvalidInput, match="unknown scope 'pixel'"):
         integrate(HALF, [], [], scope="pixel")
+    with pytest.raises(InvalidInput, match="unknown seen 'drop'"):
+        integrate(HALF, [], [], seen="drop")
 
 
 def test_a_live_object_of_another_size_is_refused_with_its_number():

@@ -1,11 +1,23 @@
 """Counts and scores, by hand."""
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
-from reviewer.metrics import Counts, boundary_f, count, f_score, precision, recall, total
+from reviewer.metrics import (
+    Counts,
+    border_px,
+    boundary_f,
+    boundary_ious,
+    count,
+    f_score,
+    precision,
+    recall,
+    total,
+)
 
 EMPTY, FULL = np.zeros((2, 3), bool), np.ones((2, 3), bool)
 
@@ -78,3 +90,58 @@ def test_boundary_f_of_empty_masks():
     empty, some = np.zeros((5, 5), bool), np.ones((5, 5), bool)
     assert boundary_f(empty, empty, 1) == 1.0
     assert boundary_f(empty, some, 1) == boundary_f(some, empty, 1) == 0.0
+
+
+def square(y0, y1, x0, x1):
+    mask = np.zeros((60, 80), bool)
+    mask[y0:y1, x0:x1] = True
+    return mask
+
+
+def test_the_border_is_two_percent_of_the_diagonal_and_never_less_than_a_pixel():
+    assert border_px(480, 640, 0.02) == 16 and border_px(480, 640, 0.005) == 4
+    assert border_px(60, 80, 0.02) == 2 and border_px(6, 8, 0.02) == 1
+
+
+def test_boundary_iou_by_hand():
+    truth, shifted = square(20, 40, 20, 40), square(20, 40, 21, 41)
+    # Rings 2 px wide of 400 - 256 = 144 px each. They share 19 px in each of the four outer rows
+    # and 2 px in each of the sixteen others: 108 of 2 * 144 - 108.
+    assert boundary_ious(shifted, truth, (2,)) == (108 / 180,)
+    assert boundary_ious(truth, truth, (1, 2, 50)) == (1.0, 1.0, 1.0)
+    # A hole of one pixel deep inside is a border of its own: 8 px around it, 1 px wide.
+    holed = truth.copy()
+    holed[30, 30] = False
+    assert boundary_ious(holed, truth, (1,)) == (76 / 84,)
+
+
+def test_where_the_border_fills_the_object_boundary_iou_is_iou():
+    truth, shifted = square(10, 13, 10, 13), square(10, 13, 11, 14)
+    assert boundary_ious(shifted, truth, (1, 2)) == (pytest.approx(4 / 12), 6 / 12)
+
+
+def test_an_object_that_the_image_cuts_has_a_border_there_too():
+    # Without the image's edge the ring would be 39 px.
+    cut = square(0, 20, 0, 20)
+    assert boundary_ious(cut, square(0, 1, 0, 20), (1,)) == (20 / 76,)
+
+
+def test_boundary_iou_of_empty_masks():
+    empty, some = square(0, 0, 0, 0), square(1, 5, 1, 5)
+    assert boundary_ious(empty, empty, (1, 2)) == (1.0, 1.0)
+    assert boundary_ious(empty, some, (1,)) == boundary_ious(some, empty, (1,)) == (0.0,)
+
+
+def eroded_band(mask, distance):
+    """The band as the authors of Boundary IoU cut it: the mask without its erosion."""
+    padded = np.pad(mask, 1).astype(np.uint8)
+    inner = cv2.erode(padded, np.ones((3, 3), np.uint8), iterations=distance)[1:-1, 1:-1]
+    return mask & (inner == 0)
+
+
+@given(arrays(np.bool_, (17, 23)), arrays(np.bool_, (17, 23)), st.integers(1, 4))
+def test_the_band_is_that_of_the_authors_of_boundary_iou(one, other, distance):
+    ours, theirs = eroded_band(one, distance), eroded_band(other, distance)
+    either = np.count_nonzero(ours | theirs)
+    expected = np.count_nonzero(ours & theirs) / either if either else 1.0
+    assert boundary_ious(one, other, (distance,))[0] == pytest.approx(expected)

@@ -1,4 +1,4 @@
-"""Scores in Viser: Table A and a table by split under a protocol, and the whole report to download.
+"""Scores in Viser: mean F under both scopes, a table by split, and the whole report to download.
 
 Everything but the report comes from stored counts, so another protocol is there at once.
 """
@@ -16,7 +16,9 @@ from reviewer.evaluation.basis import TITLES, truth_basis
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.protocols import Empty, Group, Kind, Protocol, protocol_lines
 from reviewer.evaluation.report import report_page
-from reviewer.evaluation.tables import MEAN, short_row, table_a_rows
+from reviewer.evaluation.table_a import table_a_rows
+from reviewer.evaluation.table_a_text import scope_rows
+from reviewer.evaluation.tables import MEAN, short_row
 from reviewer.records import Standing
 from reviewer.store.scores import pair_scores
 
@@ -72,8 +74,9 @@ class ScoresPanel:
         """Count what is not counted yet, and show all runs."""
         store, run = self._desk.store, self._desk.chosen_run
         refresh_counts(store)
-        standings = self._standings()
-        lines = protocol_lines(pair_scores(store, None, standings), self._protocol())
+        standings, protocol = self._standings(), self._protocol()
+        scores = pair_scores(store, None, standings)
+        lines = protocol_lines(scores, protocol)
         self._report.visible = bool(lines)
         basis = _line(f"Scored against the {html.escape(truth_basis(store, standings))}.")
         if not lines or run is None:
@@ -81,19 +84,18 @@ class ScoresPanel:
                 "No run has a prediction of a pair with such a ground truth."
             )
             return
+        means = _table(scope_rows(table_a_rows(store, scores, protocol)))
         own = [line for line in lines if line.run == run.name]
         if not own:
             missing = f"Run {html.escape(run.name)} has no prediction of a pair with ground truth."
-            self._text.content = (
-                basis + _line("<b>Mean F</b>") + _table(table_a_rows(lines)) + _line(missing)
-            )
+            self._text.content = basis + _line("<b>Mean F</b>") + means + _line(missing)
             return
         one = [line for line in own if line.method == own[0].method and line.split != MEAN]
         ignored = sum(line.counts.ignored for line in one)
         self._text.content = (
             basis
             + _line("<b>Mean F</b>")
-            + _table(table_a_rows(lines))
+            + means
             + _line(f"<b>{html.escape(run.name)}</b>; {ignored:,} ill-posed pixels are left out")
             + _table([short_row(line, self._group.value) for line in own])
         )

@@ -14,8 +14,7 @@ from viser import uplot
 
 from reviewer.app.desks import Desk
 from reviewer.evaluation.outcomes import RunTerms, refresh_terms, run_terms
-from reviewer.evaluation.rules import rule_of_run, vary_rule
-from reviewer.evaluation.whatif import Rule
+from reviewer.evaluation.rules import Rule, rule_of_run, vary_rule
 from reviewer.records import Run
 
 STEPS = 101
@@ -48,13 +47,19 @@ class WhatIfPanel:
             self._scope = gui.add_dropdown("scope", ("component", "image"), visible=False)
             nothing = (np.zeros(2), np.zeros(2))
             empty = (uplot.Series(label=""), uplot.Series(label=""))
+            self._seen = gui.add_dropdown(
+                "f_b = 0",
+                ("keep", "reject"),
+                visible=False,
+                hint="What becomes of a region in which the reference shows an object too",
+            )
             # Without this uPlot takes x for seconds since 1970.
             plain = {"x": uplot.Scale(time=False)}
             self._plot = gui.add_uplot(nothing, empty, scales=plain, aspect=2.1, visible=False)
             self._walk = gui.add_button("Queue: the pairs that change sides", visible=False)
             self._all = gui.add_button("Queue: all pairs", visible=False)
         start.on_click(lambda _: self._begin())
-        for widget in (self._vary, self._high, self._low, self._tolerance, self._scope):
+        for widget in (self._vary, self._high, self._low, self._tolerance, self._scope, self._seen):
             widget.on_update(lambda _: self.draw())
         self._walk.on_click(lambda _: self._narrow(self._changed()))
         self._all.on_click(lambda _: self._narrow(None))
@@ -62,7 +67,7 @@ class WhatIfPanel:
     @property
     def _widgets(self) -> tuple[Any, ...]:
         sliders = (self._high, self._low, self._tolerance)
-        return (self._vary, *sliders, self._scope, self._plot, self._walk, self._all)
+        return (self._vary, *sliders, self._scope, self._seen, self._plot, self._walk, self._all)
 
     def _begin(self) -> None:
         """Count what is not counted yet, and show the run's own rule."""
@@ -81,6 +86,7 @@ class WhatIfPanel:
         # Settable on the concrete handles.
         self._high.value, self._low.value = rule.high, rule.low  # type: ignore[misc]
         self._tolerance.value, self._scope.value = rule.max_overlap_px, rule.scope  # type: ignore[misc]
+        self._seen.value = rule.seen  # type: ignore[misc]
         for widget in self._widgets:
             widget.visible = True
         self.draw()
@@ -93,6 +99,7 @@ class WhatIfPanel:
             low=min(self._low.value, self._high.value),
             max_overlap_px=int(self._tolerance.value),
             scope="image" if self._scope.value == "image" else "component",
+            seen="reject" if self._seen.value == "reject" else "keep",
         )
 
     def forget(self) -> None:
@@ -113,11 +120,13 @@ class WhatIfPanel:
         curve = engine.sweep([vary_rule(rule, name, float(value)) for value in values])
         own = rule_of_run(self._run.settings)
         now, before = engine.sweep([rule, own]).mean_f()
-        base, oracle = float(engine.base().mean_f()[0]), float(engine.oracle().mean_f()[0])
+        base = float(engine.base().mean_f()[0])
+        oracle = float(engine.oracle(rule.scope, rule.seen).mean_f()[0])
         changed = len(engine.changed_pairs(own, rule))
         self._note.content = _line(
             f"mean F <b>{now:.4f}</b> ({now - before:+.4f} to the run&#39;s rule, {before:.4f})"
-            f" &middot; detector alone {base:.4f} &middot; oracle {oracle:.4f}"
+            f" &middot; detector alone {base:.4f}"
+            f" &middot; oracle of scope {rule.scope} {oracle:.4f}"
             f" &middot; {changed} pairs change sides"
         )
         flat = np.ones(STEPS)

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Literal
 
 import typer
 
 from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table, progress_bar
 from reviewer.errors import NotFound
-
-if TYPE_CHECKING:
-    from reviewer.evaluation.audit import Predictor
 
 audit_app = typer.Typer(
     help="Report on the decisions of a run.", no_args_is_help=True, rich_markup_mode=None
@@ -28,6 +25,10 @@ def _audit() -> None:
 @audit_app.command()
 def report(
     run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
+    seen: Annotated[
+        Literal["keep", "reject"] | None,
+        typer.Option(help="Decide so where f_b = 0; else as the run did."),
+    ] = None,
     figure: Annotated[
         Path | None, typer.Option(help="Write risk-coverage and reliability, .png or .pdf.")
     ] = None,
@@ -37,6 +38,8 @@ def report(
     """Compare decisions with the oracle's by split, label, size and reason; DoI as a predictor."""
     from reviewer.evaluation.audit import audit_report
     from reviewer.evaluation.outcomes import refresh_terms
+    from reviewer.evaluation.predictors import predictor_rows, seen_text
+    from reviewer.evaluation.rules import rule_of_run
     from reviewer.store.audited import audit_rows
     from reviewer.store.runs import run_or_newest
 
@@ -47,16 +50,18 @@ def report(
         rows = audit_rows(store, chosen.id)
     if not rows:
         raise NotFound(f"run {chosen.name}: no region of it lies in a pair with ground truth")
-    found = audit_report(rows)
+    decided = seen or rule_of_run(chosen.settings).seen
+    found = audit_report(rows, decided)
     if figure is not None:
-        from reviewer.evaluation.audit_figure import draw_predictor
+        from reviewer.evaluation.audit_figure import draw_predictors
 
-        draw_predictor(found.predictor, figure)
+        draw_predictors(found.predictors, figure)
     if as_json:
         typer.echo(json.dumps(found.record(), indent=1))
         return
     typer.echo(
-        f"run {chosen.name}: {found.regions} regions, {found.counted} with something to decide"
+        f"run {chosen.name}, scope {chosen.settings['scope']}, f_b = 0: {decided}:"
+        f" {found.regions} regions, {found.counted} with something to decide"
     )
     print_table(found.confusion, title="decisions and the oracle's (fewer wrong pixels)")
     print_table(found.groups, title="where decisions are right, and what the wrong ones cost")
@@ -67,18 +72,6 @@ def report(
             f"{people.things} regions were judged by two or more: {people.share:.1%} of opinions"
             f" agree, Krippendorff's alpha {people.alpha:.3f}"
         )
-    print_table(_figures(found.predictor), title="DoI as a predictor of detector errors")
-
-
-def _figures(found: Predictor) -> list[dict[str, object]]:
-    errors = f"{found.errors} of {found.regions} regions"
-    rows: list[dict[str, object]] = [{"figure": "errors (IoU < 0.5)", "value": errors, "95 %": ""}]
-    for name, interval, note in (
-        ("AUROC", found.auroc, ""),
-        ("AUPRC", found.auprc, ""),
-        ("AURC", found.aurc, f" (best {found.aurc_best:.3f}, random {found.aurc_random:.3f})"),
-        ("calibration error", found.ece, ""),
-    ):
-        span = f"{interval.low:.3f} to {interval.high:.3f}"
-        rows.append({"figure": name, "value": f"{interval.value:.3f}{note}", "95 %": span})
-    return rows
+    title = "DoI as a predictor of detector errors, 95 % intervals over pairs"
+    print_table(predictor_rows(found.predictors), title=title)
+    typer.echo(seen_text(found.seen))

@@ -23,12 +23,12 @@ from reviewer.errors import InvalidInput
 
 if TYPE_CHECKING:
     from reviewer.evaluation.protocols import Protocol
-    from reviewer.evaluation.tables import Line
     from reviewer.records import Run, Standing
     from reviewer.store.database import Store
 
 StageName = Literal["align", "detect", "label", "search", "integrate", "all"]
 ScopeName = Literal["component", "image"]
+SeenName = Literal["keep", "reject"]
 EngineChoice = Literal["local", "ray"]
 ProtocolName = Literal["pooled", "image_mean", "mean_pr"]
 EmptyName = Literal["skip", "one", "zero"]
@@ -56,6 +56,12 @@ def run(
         typer.Option("--set", help="STAGE.SETTING=VALUE of a member; repeatable."),
     ] = None,
     scope: Annotated[ScopeName | None, typer.Option(help="Scope of DoI.")] = None,
+    seen: Annotated[
+        SeenName | None,
+        typer.Option(
+            help="What the reference shows too (f_b = 0): keep M_o, as the paper; reject."
+        ),
+    ] = None,
     low: Annotated[float | None, typer.Option(help="Adopt where DoI is above.")] = None,
     high: Annotated[float | None, typer.Option(help="Adopt where DoI is below.")] = None,
     threshold: Annotated[float | None, typer.Option(help="Changed where p is above.")] = None,
@@ -74,7 +80,8 @@ def run(
 
     if address is not None and engine != "ray":
         raise InvalidInput(f"--address {address}: is for --engine ray")
-    given: dict[str, Any] = {"scope": scope, "low": low, "high": high, "threshold": threshold}
+    given: dict[str, Any] = {"scope": scope, "seen": seen, "low": low, "high": high}
+    given["threshold"] = threshold
     members: dict[str, Any] = {str(k): v for k, v in read_settings(set_ or []).items()}
     folders: dict[str, Path] = {}
     named = {"align": aligner, "detect": detector, "label": labeller, "search": segmenter}
@@ -137,10 +144,22 @@ def evaluate(
         ),
     ] = None,
     table_a: Annotated[
-        bool, typer.Option("--table-a", help="One line a run: mean F without and with DoI.")
+        bool,
+        typer.Option("--table-a", help="The paper's: methods without and with DoI, both scopes."),
     ] = False,
+    matrix: Annotated[
+        bool, typer.Option("--matrix", help="What was trained on by what was tested on (--by).")
+    ] = False,
+    repeat: Annotated[
+        list[str] | None,
+        typer.Option(help="NAME=run1,run2: one row, mean and spread; for tables, figure-e."),
+    ] = None,
+    seen: Annotated[
+        SeenName | None,
+        typer.Option(help="Tables: what becomes of f_b = 0; else as each run did."),
+    ] = None,
     shapes: Annotated[
-        bool, typer.Option("--shapes", help="Objects found at IoU 0.1, 0.25, 0.5, and borders.")
+        bool, typer.Option("--shapes", help="Objects at IoU 0.1, 0.25, 0.5; boundary F and IoU.")
     ] = False,
     figure_e: Annotated[
         Path | None, typer.Option(help="Write bars of F by split, .png, .pdf or .svg.")
@@ -160,6 +179,7 @@ def evaluate(
     db: Database = DEFAULT_DB,
 ) -> None:
     """Print P, R and F; by default pixels pooled inside a split, unweighted mean over splits."""
+    from reviewer.evaluation.basis import truth_basis
     from reviewer.evaluation.protocols import Protocol
     from reviewer.store.truth import check_standings
 
@@ -172,13 +192,22 @@ def evaluate(
             return
         if report is not None:
             _write_report(store, run, chosen, standings, report)
-        lines = print_scores(store, run, format, chosen, standings, table_a=table_a)
+        if table_a or matrix or figure_e is not None:
+            from reviewer.cli.tables import draw_figure_e, print_rows, table_rows
+
+            typer.echo(truth_basis(store, standings), err=format != "table")
+            found = table_rows(store, run, chosen, standings, repeat or [], seen)
+            title = f"F ({chosen.kind}), mean over {chosen.weight}"
+            if table_a:
+                print_rows(store, found, "table_a", format, title)
+            if matrix:
+                print_rows(store, found, "matrix", format, title)
+            if figure_e is not None:
+                draw_figure_e(found, figure_e)
+        if not (table_a or matrix):
+            print_scores(store, run, format, chosen, standings)
         if figure_f is not None:
             _write_rows(store, run, pairs, rows, figure_f)
-    if figure_e is not None:
-        from reviewer.evaluation.split_figure import draw_splits
-
-        draw_splits(lines, figure_e)
 
 
 def _write_report(
@@ -227,7 +256,8 @@ def _print_shapes(store: Store, run: str | None, form: FormatName) -> None:
     with progress_bar("masks") as bar:
         rows = shape_rows(store, run, lambda done, total: bar(done, total, ""))
     if form == "table":
-        print_table(rows, title="objects found at an IoU, and mean boundary F")
+        title = "objects at an IoU; mean boundary F within pixels, IoU of bands by diagonal"
+        print_table(rows, title=title)
     else:
         typer.echo(format_rows(rows, form))
 
@@ -311,13 +341,11 @@ def print_scores(
     form: FormatName,
     protocol: Protocol | None = None,
     standings: Sequence[Standing] = (),
-    *,
-    table_a: bool = False,
-) -> list[Line]:
+) -> None:
     from reviewer.evaluation.basis import truth_basis
     from reviewer.evaluation.counting import refresh_counts
     from reviewer.evaluation.protocols import Protocol, protocol_lines
-    from reviewer.evaluation.tables import format_lines, format_rows, short_row, table_a_rows
+    from reviewer.evaluation.tables import format_lines, short_row
     from reviewer.store.runs import run_of_name
     from reviewer.store.scores import pair_scores
 
@@ -328,17 +356,9 @@ def print_scores(
     lines = protocol_lines(pair_scores(store, run, standings), chosen)
     # What is read by machines stays as it is; people read on the other channel.
     typer.echo(truth_basis(store, standings), err=form != "table")
-    if table_a:
-        rows = table_a_rows(lines)
-        if form == "table":
-            print_table(rows, title=f"mean F ({chosen.kind})")
-        else:
-            typer.echo(format_rows(rows, form))
-        return lines
     if form != "table":
         typer.echo(format_lines(lines, form))
-        return lines
+        return
     cells = [short_row(line, chosen.group) for line in lines]
     mean = f"mean over {chosen.weight}"
     print_table(cells, title=f"{chosen.kind} by {chosen.group}, {mean}", sections="mean")
-    return lines

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import typer
@@ -24,10 +25,17 @@ def whatif(
     values: Annotated[str | None, typer.Option(help="Comma-separated values.")] = None,
     run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
     scope: Annotated[Literal["component", "image"] | None, typer.Option(help="Scope.")] = None,
+    seen: Annotated[
+        Literal["keep", "reject"] | None,
+        typer.Option(help="What the reference shows too (f_b = 0): keep, reject."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Write JSON.")] = False,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Show F under other thresholds, overlap tolerances or scopes; no mask is touched."""
+    """Show F under other thresholds, overlap tolerances or scopes; no mask is touched.
+
+    The oracle is the highest F that any decisions of the same scope have.
+    """
     from reviewer.evaluation.outcomes import refresh_terms, run_terms
     from reviewer.evaluation.rules import rule_of_run, vary_rule
     from reviewer.store.runs import run_or_newest
@@ -39,18 +47,19 @@ def whatif(
         engine = run_terms(store, chosen).whatif
     if not engine.splits:
         raise NotFound(f"run {chosen.name}: no pair of it has both a prediction and ground truth")
-    rule = rule_of_run(chosen.settings)
+    own = rule_of_run(chosen.settings)
+    rule = replace(own, scope=scope or own.scope, seen=seen or own.seen)
     name = vary.replace("-", "_")
     try:
         wanted = [float(value) for value in (values or DEFAULT_VALUES[vary]).split(",")]
     except ValueError as error:
         raise InvalidInput(f"--values {values}: must be numbers with commas between") from error
-    rules = [vary_rule(rule, name, value, scope) for value in wanted]
+    rules = [vary_rule(rule, name, value) for value in wanted]
     sweep, splits = engine.sweep(rules), engine.splits
     rows: list[dict[str, Any]] = []
     lines = {f"{vary} {value:g}": sweep.f_scores()[k] for k, value in enumerate(wanted)}
     lines["detector alone"] = engine.base().f_scores()[0]
-    lines["oracle"] = engine.oracle().f_scores()[0]
+    lines["oracle"] = engine.oracle(rule.scope, rule.seen).f_scores()[0]
     for title, scores in lines.items():
         row: dict[str, Any] = {"rule": title, "mean F": float(scores.mean())}
         row |= {split: float(score) for split, score in zip(splits, scores, strict=True)}
@@ -58,4 +67,4 @@ def whatif(
     if as_json:
         typer.echo(json.dumps(rows, indent=1))
         return
-    print_table(rows, title=f"run {chosen.name}")
+    print_table(rows, title=f"run {chosen.name}, scope {rule.scope}, f_b = 0: {rule.seen}")

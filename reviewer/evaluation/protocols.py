@@ -46,13 +46,9 @@ class Protocol:
 
 
 def protocol_lines(scores: Sequence[PairScore], protocol: Protocol) -> list[Line]:
-    """Return a line a group and a mean line for every run and method, in that order.
-
-    After an audit a pair without verdicts has the mask with DoI, so all methods of a run are scored
-    on the same pairs.
-    """
+    """Return a line a group and a mean line for every run and method, in that order."""
     found: dict[tuple[str, Method], dict[str, list[Counts]]] = {}
-    for score in [*scores, *_unjudged(scores)]:
+    for score in with_unjudged(scores):
         groups = found.setdefault((score.run, score.method), {})
         groups.setdefault(_group_of(score, protocol.group), []).append(score.counts)
     order = list(METHOD_TITLE)
@@ -68,15 +64,20 @@ def protocol_lines(scores: Sequence[PairScore], protocol: Protocol) -> list[Line
     return lines
 
 
-def _unjudged(scores: Sequence[PairScore]) -> list[PairScore]:
-    """Return the scores with DoI of the pairs without a verdict, in runs where others have one."""
+def with_unjudged(scores: Sequence[PairScore]) -> list[PairScore]:
+    """Return the scores with those "after audit" completed in runs that have any.
+
+    A pair without verdicts keeps the mask with DoI, so all methods of a run are scored on the same
+    pairs.
+    """
     judged = {(score.run, score.pair_id) for score in scores if score.method == "audited"}
     runs = {run for run, _ in judged}
-    return [
+    unjudged = [
         replace(score, method="audited")
         for score in scores
         if score.method == "doi" and score.run in runs and (score.run, score.pair_id) not in judged
     ]
+    return [*scores, *unjudged]
 
 
 def _group_of(score: PairScore, group: Group) -> str:

@@ -6,6 +6,7 @@ import base64
 import html
 import io
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import IO, Any
 
 import numpy as np
@@ -14,16 +15,19 @@ from matplotlib.figure import Figure
 from reviewer import __version__
 from reviewer.errors import NotFound
 from reviewer.evaluation.audit import AuditReport, audit_report
-from reviewer.evaluation.audit_figure import draw_predictor
+from reviewer.evaluation.audit_figure import draw_predictors
 from reviewer.evaluation.basis import truth_basis
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import refresh_terms, run_terms
+from reviewer.evaluation.predictors import predictor_rows, seen_text
 from reviewer.evaluation.protocols import Protocol, protocol_lines
 from reviewer.evaluation.rows_figure import draw_rows, telling_pairs
 from reviewer.evaluation.rules import rule_of_run, vary_rule
 from reviewer.evaluation.shapes import shape_rows
 from reviewer.evaluation.split_figure import draw_splits
-from reviewer.evaluation.tables import MEAN, Line, short_row, table_a_rows
+from reviewer.evaluation.table_a import table_a_rows
+from reviewer.evaluation.table_a_text import scope_rows
+from reviewer.evaluation.tables import MEAN, Line, short_row
 from reviewer.records import Run, Standing
 from reviewer.store.audited import audit_rows
 from reviewer.store.database import Store
@@ -67,23 +71,23 @@ def report_page(
     """
     told("counts")
     refresh_counts(store)
-    lines = protocol_lines(pair_scores(store, run, standings), protocol)
+    scores = pair_scores(store, run, standings)
+    lines = protocol_lines(scores, protocol)
     if not lines:
         raise NotFound("report: no run has a prediction of a pair with ground truth")
     runs = [each for each in list_runs(store) if any(line.run == each.name for line in lines)]
     told("objects and borders")
     shapes = shape_rows(store, run)
-    parts = [
-        _head(lines, protocol, truth_basis(store, standings)),
-        "<h2>Mean F</h2>",
-        _table(table_a_rows(lines)),
-    ]
-    parts += ["<h2>By split</h2>", _picture(lambda file: draw_splits(lines, file), "F by split")]
+    rows = table_a_rows(store, scores, protocol)
+    parts = [_head(lines, protocol, truth_basis(store, standings))]
+    parts += ["<h2>Mean F</h2>", _table(scope_rows(rows))]
+    parts += ["<h2>By split</h2>", _picture(lambda file: draw_splits(rows, file), "F by split")]
     parts.append(f"<details><summary>numbers</summary>{_lines_table(lines)}</details>")
     parts += [
         "<h2>Objects and borders</h2>",
         '<p class="soft">Precision and recall of objects at an IoU, over all pairs; mean boundary F'
-        " within some pixels.</p>",
+        " within some pixels, and Boundary IoU of bands as deep as a share of the image's"
+        " diagonal.</p>",
         _table(shapes),
     ]
     for each in runs:
@@ -146,7 +150,7 @@ def _run_part(store: Store, run: Run) -> str:
         curve = engine.sweep([vary_rule(rule, "high", float(v)) for v in values]).mean_f()
         levels = {
             "detector alone": float(engine.base().mean_f()[0]),
-            "oracle decisions": float(engine.oracle().mean_f()[0]),
+            f"oracle, scope {rule.scope}": float(engine.oracle(rule.scope, rule.seen).mean_f()[0]),
         }
         parts.append(
             _picture(
@@ -156,9 +160,12 @@ def _run_part(store: Store, run: Run) -> str:
         )
     rows = audit_rows(store, run.id)
     if rows:
-        found = audit_report(rows)
+        found = audit_report(rows, rule_of_run(run.settings).seen)
         parts.append(_audit_text(found))
-        parts.append(_picture(lambda file: draw_predictor(found.predictor, file), "DoI and errors"))
+        parts.append(_table(predictor_rows(found.predictors)))
+        parts.append(f'<p class="soft">{html.escape(seen_text(found.seen))}.</p>')
+        draw = partial(draw_predictors, found.predictors)
+        parts.append(_picture(draw, "DoI and errors"))
         parts.append(
             "<details><summary>decisions by split, label, size and reason</summary>"
             f"{_table(found.confusion)}<br>{_table(found.groups)}<br>{_table(found.verdicts)}"
@@ -168,21 +175,11 @@ def _run_part(store: Store, run: Run) -> str:
 
 
 def _audit_text(found: AuditReport) -> str:
-    predictor = found.predictor
-    figures = ", ".join(
-        f"{name} {interval.value:.3f} [{interval.low:.3f}, {interval.high:.3f}]"
-        for name, interval in (
-            ("AUROC", predictor.auroc),
-            ("AUPRC", predictor.auprc),
-            ("AURC", predictor.aurc),
-            ("calibration error", predictor.ece),
-        )
-    )
     right = sum(row["right"] for row in found.groups if row["by"] == "split")
     return (
         f"<p>{found.regions} regions, {found.counted} with something to decide; {right} of these"
-        " decisions leave as few wrong pixels as any. DoI as a predictor of detector errors"
-        f" (95 % intervals over pairs): {figures}.</p>"
+        " decisions leave as few wrong pixels as any. DoI as a predictor of detector errors, with"
+        " 95 % intervals over pairs:</p>"
     )
 
 

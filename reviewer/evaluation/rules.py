@@ -1,14 +1,25 @@
-"""The rule of a run, and others near it."""
+"""Decision rules: the one of a run, and others near it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
-from reviewer.doi import Scope
+from reviewer.doi import HIGH, LOW, Overlaps, Scope, Seen
 from reviewer.errors import InvalidInput
-from reviewer.evaluation.whatif import Rule
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """A decision rule; see `doi.integrate`."""
+
+    low: float = LOW
+    high: float = HIGH
+    max_overlap_px: int = 0
+    scope: Scope = "component"
+    overlaps: Overlaps = "best"
+    seen: Seen = "keep"
 
 
 def rule_of_run(settings: Mapping[str, Any]) -> Rule:
@@ -19,17 +30,16 @@ def rule_of_run(settings: Mapping[str, Any]) -> Rule:
         settings["max_overlap_px"],
         settings["scope"],
         settings["overlaps"],
+        settings["seen"],
     )
 
 
-def vary_rule(rule: Rule, name: str, value: float, scope: Scope | None = None) -> Rule:
-    """Return a rule with one other number, and perhaps another scope.
+def vary_rule(rule: Rule, name: str, value: float) -> Rule:
+    """Return a rule with one other number.
 
     Raises:
         InvalidInput: when the rule has no such number.
     """
-    if scope is not None:
-        rule = replace(rule, scope=scope)
     if name == "high":
         return replace(rule, high=value)
     if name == "low":

@@ -1,8 +1,10 @@
 """Scores that pixels do not tell: how many objects were found, and how well their borders lie.
 
 Objects are 8-connected components. A found object and a true one match when their IoU reaches a
-threshold, the best pairs first, each once. Borders are compared as in `metrics.boundary_f`. Both
-look at masks, so they take seconds where stored counts take milliseconds.
+threshold, the best pairs first, each once. Borders are compared in two ways: as lines that may lie
+some pixels apart (`metrics.boundary_scores`), and as bands inside each mask whose depth is a share
+of the image's diagonal (`metrics.boundary_ious`). All look at masks, so they take seconds where
+stored counts take milliseconds.
 """
 
 from __future__ import annotations
@@ -16,13 +18,24 @@ import numpy as np
 
 from reviewer.evaluation.tables import METHOD_TITLE
 from reviewer.masks import Mask, components, crop_to_box, decode_rle
-from reviewer.metrics import Counts, boundary_scores, precision, recall, total
+from reviewer.metrics import (
+    Counts,
+    border_px,
+    boundary_ious,
+    boundary_scores,
+    precision,
+    recall,
+    total,
+)
 from reviewer.records import Method
 from reviewer.store.database import Store
 from reviewer.store.scores import MaskPair, mask_pair, mask_pair_keys
 
 IOUS = (0.1, 0.25, 0.5)
 TOLERANCES_PX = (1, 2, 3)
+SHARES = (0.02, 0.005)
+"""Depths of bands: 2 % of the diagonal as published (16 px at 640x480), which fills small objects
+whole, so that it is their IoU; and a quarter of it, which does not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,10 +46,12 @@ class ShapeScore:
         objects: TP, FP, FN objects at each IoU of `IOUS`.
         borders: boundary F at each tolerance of `TOLERANCES_PX`; None where neither mask has any
             pixel.
+        bands: Boundary IoU at each share of `SHARES`; None where `borders` is.
     """
 
     objects: tuple[Counts, ...]
     borders: tuple[float, ...] | None
+    bands: tuple[float, ...] | None
 
 
 def score_shapes(predicted: Mask, truth: Mask, ignore: Mask | None = None) -> ShapeScore:
@@ -45,12 +60,18 @@ def score_shapes(predicted: Mask, truth: Mask, ignore: Mask | None = None) -> Sh
         predicted, truth = predicted & ~ignore, truth & ~ignore
     around = crop_to_box(predicted | truth)
     if around is None:
-        return ShapeScore(tuple(Counts() for _ in IOUS), None)
+        return ShapeScore(tuple(Counts() for _ in IOUS), None, None)
     # Nothing outside this window matters, but a border needs a pixel beyond it.
     x0, y0, x1, y1 = around.box_xyxy
     window = np.s_[max(0, y0 - 1) : y1 + 1, max(0, x0 - 1) : x1 + 1]
     ours, theirs = (np.ascontiguousarray(mask[window]) for mask in (predicted, truth))
-    return ShapeScore(_matched(ours, theirs), boundary_scores(ours, theirs, TOLERANCES_PX))
+    height, width = truth.shape
+    depths = [border_px(height, width, share) for share in SHARES]
+    return ShapeScore(
+        _matched(ours, theirs),
+        boundary_scores(ours, theirs, TOLERANCES_PX),
+        boundary_ious(ours, theirs, depths),
+    )
 
 
 def _matched(predicted: Mask, truth: Mask) -> tuple[Counts, ...]:
@@ -82,10 +103,10 @@ def shape_rows(
     run: str | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> list[dict[str, str | float]]:
-    """Return a row a run and method: object precision and recall, and mean boundary F.
+    """Return a row a run and method: object precision and recall, mean boundary F and IoU.
 
-    Objects are pooled over all pairs; boundary F is the mean over pairs in which anything has
-    changed or was found.
+    Objects are pooled over all pairs; borders are the mean over pairs in which anything has changed
+    or was found.
     """
     keys = mask_pair_keys(store, run)
     found: dict[tuple[str, Method], list[ShapeScore]] = {}
@@ -117,8 +138,8 @@ def _row(run: str, method: Method, scores: Sequence[ShapeScore]) -> dict[str, st
     for k, least in enumerate(IOUS):
         counts = total(score.objects[k] for score in scores)
         row[f"P@{least:g}"], row[f"R@{least:g}"] = precision(counts), recall(counts)
-    borders = [score.borders for score in scores if score.borders is not None]
-    means = np.mean(borders, axis=0) if borders else [float("nan")] * len(TOLERANCES_PX)
-    for tolerance, mean in zip(TOLERANCES_PX, means, strict=True):
-        row[f"border {tolerance} px"] = float(mean)
-    return row
+    names = [f"border {tolerance} px" for tolerance in TOLERANCES_PX]
+    names += [f"border IoU {100 * share:g} %" for share in SHARES]
+    both = [(*s.borders, *s.bands) for s in scores if s.borders is not None and s.bands is not None]
+    means = np.mean(both, axis=0) if both else [float("nan")] * len(names)
+    return row | {name: float(mean) for name, mean in zip(names, means, strict=True)}

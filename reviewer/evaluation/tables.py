@@ -84,21 +84,7 @@ def mean_line(lines: Sequence[Line], weights: Sequence[float] | None = None) -> 
 Form = Literal["json", "csv", "markdown", "latex"]
 
 
-def table_a_rows(lines: Sequence[Line]) -> list[dict[str, str | float]]:
-    """Return the paper's Table A: a row a run, mean F by method."""
-    rows: dict[str, dict[str, str | float]] = {}
-    for line in lines:
-        if line.split == MEAN:
-            row = rows.setdefault(line.run, {"run": line.run})
-            row[METHOD_TITLE[line.method]] = line.f_score
-    columns = [title for title in METHOD_TITLE.values() if any(title in r for r in rows.values())]
-    return [
-        {"run": name, **{title: row.get(title, float("nan")) for title in columns}}
-        for name, row in rows.items()
-    ]
-
-
-def format_rows(rows: Sequence[Mapping[str, str | float]], form: Form) -> str:
+def format_rows(rows: Sequence[Mapping[str, str | float | None]], form: Form) -> str:
     """Write rows of the same columns as text; numbers keep all their digits in JSON and CSV."""
     if form == "json":
         return json.dumps(rows, indent=1)
@@ -125,7 +111,7 @@ def format_lines(lines: Sequence[Line], form: Form) -> str:
     return _markdown(lines)
 
 
-def csv_text(rows: Sequence[Mapping[str, str | float]], columns: Sequence[str]) -> str:
+def csv_text(rows: Sequence[Mapping[str, str | float | None]], columns: Sequence[str]) -> str:
     """Write rows as CSV with a head, without a line's end after the last."""
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, fieldnames=list(columns), lineterminator="\n")
@@ -134,7 +120,7 @@ def csv_text(rows: Sequence[Mapping[str, str | float]], columns: Sequence[str]) 
     return buffer.getvalue().rstrip("\n")
 
 
-def _short(value: str | float) -> str:
+def _short(value: str | float | None) -> str:
     return f"{value:.4f}" if isinstance(value, float) else str(value)
 
 
@@ -147,8 +133,8 @@ def _latex(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Write a table in the style of booktabs."""
     numeric = [all(_is_number(row[k]) for row in rows) for k in range(len(columns))]
     shape = "".join("r" if number else "l" for number in numeric)
-    body = [" & ".join(_escaped(cell) for cell in row) + r" \\" for row in rows]
-    head = " & ".join(_escaped(column) for column in columns) + r" \\"
+    body = [" & ".join(escaped(cell) for cell in row) + r" \\" for row in rows]
+    head = " & ".join(escaped(column) for column in columns) + r" \\"
     lines = [rf"\begin{{tabular}}{{{shape}}}", r"\toprule", head, r"\midrule", *body]
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
 
@@ -157,7 +143,8 @@ def _is_number(text: str) -> bool:
     return text.replace(".", "", 1).isdigit()
 
 
-def _escaped(text: str) -> str:
+def escaped(text: str) -> str:
+    """Return text as LaTeX prints it."""
     return re.sub(r"([&%$#_{}])", r"\\\1", text)
 
 

@@ -10,25 +10,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-from reviewer.doi import HIGH, LOW, Overlaps, Scope
-from reviewer.evaluation.terms import ObjectTerms, PairTerms
-
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
-Floats = npt.NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Rule:
-    """A decision rule; see `doi.integrate`."""
-
-    low: float = LOW
-    high: float = HIGH
-    max_overlap_px: int = 0
-    scope: Scope = "component"
-    overlaps: Overlaps = "best"
+from reviewer.doi import Scope, Seen
+from reviewer.evaluation.oracle import Links, best_decisions, highest_f
+from reviewer.evaluation.rules import Rule
+from reviewer.evaluation.term_arrays import (
+    AtomArrays,
+    Bools,
+    EquationArrays,
+    Floats,
+    Ints,
+    PartArrays,
+    Touching,
+    sum_by,
+)
+from reviewer.evaluation.terms import PairTerms
+from reviewer.metrics import Counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,20 +56,30 @@ class WhatIf:
         place = {split: k for k, split in enumerate(self.splits)}
         self._pair_split = np.array([place[split] for split, _ in pairs], np.int64)
         terms = [terms for _, terms in pairs]
-        self._truth = self._pool(np.array([t.truth_px for t in terms], np.int64)[None])[0]
+        self._truth_px = np.array([t.truth_px for t in terms], np.int64)
+        self._truth = self._pool(self._truth_px[None])[0]
         self._pairs = len(pairs)
-        self._parts = _Parts(terms)
-        self._objects = _Terms([(k, o) for k, t in enumerate(terms) for o in t.objects])
-        self._images = _Terms([(k, t.image) for k, t in enumerate(terms) if t.image])
-        self._atoms = _Atoms(terms)
+        self._parts = PartArrays(terms)
+        self._objects = EquationArrays([(k, o) for k, t in enumerate(terms) for o in t.objects])
+        self._images = EquationArrays([(k, t.image) for k, t in enumerate(terms) if t.image])
+        self._atoms = AtomArrays(terms)
         has_parts = np.array([bool(t.components) for t in terms], np.bool_)
         self._in_play = has_parts[self._objects.pair]
         self._image_in_play = has_parts[self._images.pair]
-        self._holds = _Incidence(terms)
+        self._holds = Touching(terms)
+        self._oracles: dict[tuple[Scope, Seen], Sweep] = {}
 
     def sweep(self, rules: Sequence[Rule]) -> Sweep:
         """Return the counts of every rule."""
         return Sweep(self.splits, *self._counts(*self._decided(rules)), self._truth)
+
+    def counts_by_pair(self, rule: Rule) -> list[Counts]:
+        """Return TP, FP and FN of every pair under a rule, in the order of the pairs."""
+        tp, fp = self._by_pair(*self._decided([rule]))
+        return [
+            Counts(int(right), int(wrong), int(there - right))
+            for right, wrong, there in zip(tp[0], fp[0], self._truth_px, strict=True)
+        ]
 
     def changed_pairs(self, first: Rule, second: Rule) -> Ints:
         """Return the places of the pairs whose masks differ between two rules, ascending."""
@@ -88,38 +95,74 @@ class WhatIf:
         by_object = [k for k, rule in enumerate(rules) if rule.scope == "component"]
         by_image = [k for k, rule in enumerate(rules) if rule.scope == "image"]
         if by_object:
-            adopted[by_object] = self.adopted([rules[k] for k in by_object])
-            kept[by_object] = ~self._holds.touched(adopted[by_object], kept.shape[1])
+            some = [rules[k] for k in by_object]
+            adopted[by_object] = self.adopted(some)
+            gone = adopted[by_object] | self._objects.rejected(some)
+            kept[by_object] = ~self._holds.touched(gone, kept.shape[1])
         if by_image:
-            pairs = np.zeros((len(by_image), self._pairs), np.bool_)
             some = [rules[k] for k in by_image]
+            pairs, gone = np.zeros((2, len(by_image), self._pairs), np.bool_)
             pairs[:, self._images.pair] = self._images.adoptable(some) & self._image_in_play
+            gone[:, self._images.pair] = self._images.rejected(some)
             adopted[by_image] = pairs[:, self._objects.pair]
-            kept[by_image] = ~pairs[:, self._parts.pair]
+            kept[by_image] = ~(pairs | gone)[:, self._parts.pair]
         return adopted, kept
 
     def base(self) -> Sweep:
         """Return the counts of the detector alone."""
-        return self._one(np.zeros((1, len(self._objects.pair)), np.bool_))
+        adopted = np.zeros((1, len(self._objects.pair)), np.bool_)
+        kept = np.ones((1, len(self._parts.pair)), np.bool_)
+        return Sweep(self.splits, *self._counts(adopted, kept), self._truth)
 
-    def oracle(self) -> Sweep:
-        """Return the counts when every object is adopted that leaves fewer wrong pixels.
+    def oracle(self, scope: Scope = "component", seen: Seen = "keep") -> Sweep:
+        """Return the counts of the decisions with the highest F in every split.
 
-        Object by object, the better fitting first, each on components that no other has taken: what
-        perfect decisions between adopt and keep could make of these objects.
+        What is decided freely is what a rule of this scope decides: under `component` every object
+        (adopt it, or keep the components that it touches), under `image` every pair with objects
+        and a detection (adopt all of its objects, or keep M_o). With seen = "reject" the same
+        components may also go without anything in their place. So no rule of the scope and of
+        `seen` has a higher F in any split; see `oracle.highest_f`.
         """
-        tp, fp = self._holds.sums(self._parts)
-        own_tp, own_fp = self._atoms.of_objects(len(self._objects.pair))
-        better = (own_tp - own_fp) > (tp - fp)
-        return self._one(self._settle((better & self._in_play)[None], [Rule()]))
+        if (scope, seen) not in self._oracles:
+            choose = self._best_objects if scope == "component" else self._best_images
+            base = self.base()
+            tp, fp = highest_f(
+                lambda rate: choose(rate, seen == "reject"), self._truth, base.tp[0], base.fp[0]
+            )
+            self._oracles[scope, seen] = Sweep(self.splits, tp[None], fp[None], self._truth)
+        return self._oracles[scope, seen]
+
+    def _best_objects(self, rate: Floats, may_reject: bool) -> tuple[Ints, Ints]:
+        links = Links(self._holds.links(), self._atoms.links(), self._in_play)
+        gains = [
+            (2 - price) * things.tp - price * things.fp
+            for things in (self._parts, self._atoms)
+            for price in (rate[self._pair_split[things.pair]],)
+        ]
+        adopted, kept = best_decisions(links, gains[0], gains[1], may_reject)
+        tp, fp = self._counts(adopted[None], kept[None])
+        return tp[0], fp[0]
+
+    def _best_images(self, rate: Floats, may_reject: bool) -> tuple[Ints, Ints]:
+        free = np.zeros(self._pairs, np.bool_)
+        free[self._images.pair] = self._image_in_play
+        everything = np.ones((1, len(self._objects.pair)), np.bool_)
+        parts = np.ones((1, len(self._parts.pair)), np.bool_)
+        tp, fp = self._by_pair(~everything, parts)
+        options = [(tp[0], fp[0])]
+        tp, fp = self._by_pair(everything, ~parts)
+        options.append((np.where(free, tp[0], options[0][0]), np.where(free, fp[0], options[0][1])))
+        if may_reject:
+            options.append((np.where(free, 0, options[0][0]), np.where(free, 0, options[0][1])))
+        tps, fps = (np.stack([option[k] for option in options]) for k in (0, 1))
+        price = rate[self._pair_split]
+        best = np.argmax((2 - price) * tps - price * fps, axis=0)[None]
+        tp, fp = (np.take_along_axis(values, best, axis=0) for values in (tps, fps))
+        return self._pool(tp)[0], self._pool(fp)[0]
 
     def adopted(self, rules: Sequence[Rule]) -> Bools:
         """Return which objects every rule adopts, bool (rules, objects); scope `component`."""
         return self._settle(self._objects.adoptable(rules) & self._in_play, rules)
-
-    def _one(self, adopted: Bools) -> Sweep:
-        kept = ~self._holds.touched(adopted, len(self._parts.pair))
-        return Sweep(self.splits, *self._counts(adopted, kept), self._truth)
 
     def _settle(self, adoptable: Bools, rules: Sequence[Rule]) -> Bools:
         """Of several objects on one component adopt the best fitting, where a rule says so."""
@@ -135,131 +178,19 @@ class WhatIf:
 
     def _counts(self, adopted: Bools, kept: Bools) -> tuple[Ints, Ints]:
         """Return TP and FP by split of the masks of these objects and components."""
+        tp, fp = self._by_pair(adopted, kept)
+        return self._pool(tp), self._pool(fp)
+
+    def _by_pair(self, adopted: Bools, kept: Bools) -> tuple[Ints, Ints]:
         parts, atoms = self._parts, self._atoms
         held = atoms.any_of(adopted)
-        tp = self._pool_at(kept * parts.tp, parts.pair) + self._pool_at(held * atoms.tp, atoms.pair)
-        fp = self._pool_at(kept * parts.fp, parts.pair) + self._pool_at(held * atoms.fp, atoms.pair)
+        tp, fp = (
+            sum_by(kept * of_parts, parts.pair, self._pairs)
+            + sum_by(held * of_atoms, atoms.pair, self._pairs)
+            for of_parts, of_atoms in ((parts.tp, atoms.tp), (parts.fp, atoms.fp))
+        )
         return tp, fp
-
-    def _pool_at(self, values: Ints, pair: Ints) -> Ints:
-        """Sum values (rules, things) over the splits of the things' pairs."""
-        return _sum_by(values, self._pair_split[pair], len(self.splits))
 
     def _pool(self, values: Ints) -> Ints:
-        return _sum_by(values, self._pair_split, len(self.splits))
-
-
-class _Terms:
-    """Terms of the equation as arrays."""
-
-    def __init__(self, found: Sequence[tuple[int, ObjectTerms | None]]) -> None:
-        self.pair = np.array([k for k, _ in found], np.int64)
-        self.iou = np.array([t.iou for _, t in found if t], np.float64)
-        self.overlap = np.array([t.overlap_px for _, t in found if t], np.int64)
-
-    def adoptable(self, rules: Sequence[Rule]) -> Bools:
-        """Return low < DoI < high, bool (rules, terms)."""
-        low, high = (np.array([getattr(r, n) for r in rules])[:, None] for n in ("low", "high"))
-        tolerated = np.array([rule.max_overlap_px for rule in rules])[:, None]
-        unseen = (self.overlap >= 0) & (self.overlap <= tolerated)
-        doi = np.where(unseen, 1.0 - self.iou, 0.0)
-        return np.asarray((doi > low) & (doi < high))
-
-
-class _Parts:
-    """Components of M_o, all pairs after one another."""
-
-    def __init__(self, terms: Sequence[PairTerms]) -> None:
-        flat = [(k, tp, fp) for k, t in enumerate(terms) for tp, fp in t.components]
-        self.pair, self.tp, self.fp = _columns(flat)
-
-
-class _Atoms:
-    """Pixels of the same membership, and the objects they belong to."""
-
-    def __init__(self, terms: Sequence[PairTerms]) -> None:
-        first = np.cumsum([0, *(len(t.objects) for t in terms)])
-        flat = [(k, tp, fp) for k, t in enumerate(terms) for _, tp, fp in t.atoms]
-        self.pair, self.tp, self.fp = _columns(flat)
-        groups = [first[k] + np.array(m) for k, t in enumerate(terms) for m, _, _ in t.atoms]
-        self._members, self._starts = _joined(groups)
-
-    def any_of(self, adopted: Bools) -> Bools:
-        """Return which atoms belong to an adopted object, bool (rules, atoms)."""
-        if not len(self._starts):
-            return np.zeros((len(adopted), 0), np.bool_)
-        found = np.logical_or.reduceat(adopted[:, self._members], self._starts, axis=1)
-        return np.asarray(found)
-
-    def of_objects(self, count: int) -> tuple[Ints, Ints]:
-        """Return TP and FP of every whole object."""
-        sizes = np.diff([*self._starts, len(self._members)])
-        tp, fp = (
-            np.bincount(self._members, np.repeat(values, sizes), count).astype(np.int64)
-            for values in (self.tp, self.fp)
-        )
-        return tp, fp
-
-
-class _Incidence:
-    """Which object touches which components."""
-
-    def __init__(self, terms: Sequence[PairTerms]) -> None:
-        first = np.cumsum([0, *(len(t.components) for t in terms)])
-        objects = [(first[k], o) for k, t in enumerate(terms) for o in t.objects]
-        held = [start + np.array(o.components, np.int64) for start, o in objects]
-        self._held: list[Ints] = held
-        self._object = np.repeat(np.arange(len(held)), [len(h) for h in held])
-        self._part = np.concatenate([np.zeros(0, np.int64), *held]).astype(np.int64)
-        self._by_part = np.argsort(self._part, kind="stable")
-
-    def of_object(self, place: int) -> Ints:
-        """Return the components an object touches."""
-        return self._held[place]
-
-    def contested(self, iou: Floats) -> list[int]:
-        """Return the objects that share a component with another, the better fitting first."""
-        holders = np.bincount(self._part, minlength=1)
-        shared = {int(self._object[k]) for k in np.flatnonzero(holders[self._part] > 1)}
-        return sorted(shared, key=lambda place: (-iou[place], place))
-
-    def touched(self, adopted: Bools, count: int) -> Bools:
-        """Return which components an adopted object touches, bool (rules, components)."""
-        found = np.zeros((len(adopted), count), np.bool_)
-        if len(self._part):
-            parts = self._part[self._by_part]
-            starts = np.flatnonzero(np.diff(parts, prepend=-1))
-            columns = adopted[:, self._object[self._by_part]]
-            found[:, parts[starts]] = np.logical_or.reduceat(columns, starts, axis=1)
-        return found
-
-    def sums(self, parts: _Parts) -> tuple[Ints, Ints]:
-        """Return TP and FP of the components that every object touches."""
-        count = len(self._held)
-        tp, fp = (
-            np.bincount(self._object, values[self._part], count).astype(np.int64)
-            for values in (parts.tp, parts.fp)
-        )
-        return tp, fp
-
-
-def _columns(flat: Sequence[tuple[int, int, int]]) -> tuple[Ints, Ints, Ints]:
-    table = np.array(flat, np.int64).reshape(-1, 3)
-    return table[:, 0], table[:, 1], table[:, 2]
-
-
-def _joined(groups: Sequence[npt.NDArray[np.int64]]) -> tuple[Ints, Ints]:
-    members = np.concatenate([np.zeros(0, np.int64), *groups]).astype(np.int64)
-    starts = np.cumsum([0, *(len(group) for group in groups)])[:-1].astype(np.int64)
-    return members, starts
-
-
-def _sum_by(values: Ints, group: Ints, count: int) -> Ints:
-    """Sum the columns of values (rules, things) by group, int64 (rules, count)."""
-    total = np.zeros((len(values), count), np.int64)
-    if len(group):
-        order = np.argsort(group, kind="stable")
-        sorted_groups = group[order]
-        starts = np.flatnonzero(np.diff(sorted_groups, prepend=-1))
-        total[:, sorted_groups[starts]] = np.add.reduceat(values[:, order], starts, axis=1)
-    return total
+        """Sum values (rules, pairs) over splits."""
+        return sum_by(values, self._pair_split, len(self.splits))

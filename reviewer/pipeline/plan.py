@@ -89,7 +89,9 @@ def _own_settings(settings: PipelineSettings, stage: Stage) -> dict[str, Any]:
         "search": settings.segmenter,
     }
     if stage == "integrate":
-        return settings.doi_rule()
+        rule = settings.doi_rule()
+        # Results of before there was another `seen` are still what "keep" makes.
+        return rule if rule["seen"] != "keep" else {k: v for k, v in rule.items() if k != "seen"}
     own = {"member": members[stage], **settings.model_settings.get(stage, {})}
     if own.get("weights"):
         # What counts is what is in the files, not where they lie.

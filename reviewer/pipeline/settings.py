@@ -9,7 +9,7 @@ from importlib.metadata import version
 from typing import Any
 
 from reviewer import __version__
-from reviewer.doi import HIGH, LOW, Overlaps, Scope
+from reviewer.doi import HIGH, LOW, Overlaps, Scope, Seen
 from reviewer.errors import InvalidInput
 
 IMPORTED = "imported"
@@ -30,7 +30,8 @@ class PipelineSettings:
             defaults where empty. A run's record holds all of them.
         threshold: a pixel is changed where its probability exceeds this; None = as the
             detector says, which is 0.5 (the paper) unless a checkpoint says otherwise.
-        scope, low, high, max_overlap_px, overlaps, touching_only: see `reviewer.doi.integrate`.
+        scope, low, high, max_overlap_px, overlaps, touching_only, seen: see
+            `reviewer.doi.integrate`.
     """
 
     aligner: str = DEFAULT_ALIGNER
@@ -45,6 +46,7 @@ class PipelineSettings:
     max_overlap_px: int = 0
     overlaps: Overlaps = "best"
     touching_only: bool = False
+    seen: Seen = "keep"
 
     def __post_init__(self) -> None:
         if self.threshold is not None and not 0 <= self.threshold < 1:
@@ -65,6 +67,7 @@ class PipelineSettings:
             "max_overlap_px": self.max_overlap_px,
             "overlaps": self.overlaps,
             "touching_only": self.touching_only,
+            "seen": self.seen,
         }
 
     def record(self) -> dict[str, Any]:
@@ -84,9 +87,10 @@ class PipelineSettings:
         return cls(**record)
 
     def default_name(self) -> str:
-        """Return a name from members and scope: dis-difference-oversegment-component."""
+        """Return a name from members and rule: dis-difference-oversegment-component."""
         labeller = [] if self.labeller == "none" else [self.labeller]
-        return "-".join([self.aligner, self.detector, *labeller, self.segmenter, self.scope])
+        rule = [self.scope] if self.seen == "keep" else [self.scope, self.seen]
+        return "-".join([self.aligner, self.detector, *labeller, self.segmenter, *rule])
 
 
 def current_versions() -> dict[str, str]:

@@ -28,6 +28,7 @@ class AuditRow:
     reason: str
     choice: str
     doi: float
+    f_b: int
     verdict: Verdict | None
     outcomes: Mapping[str, Counts]
     verdict_reason: str = ""
@@ -54,7 +55,7 @@ def audit_rows(store: Store, run_id: int) -> list[AuditRow]:
         said.setdefault(row["region_id"], []).append(row["outcome"])
     rows = store.read().execute(
         "SELECT g.id, g.pair_id, d.split, coalesce(d.labels, '') AS labels, g.reason, g.choice,"
-        " g.doi, d.verdict, coalesce(d.verdict_reason, '') AS verdict_reason,"
+        " g.doi, g.f_b, d.verdict, coalesce(d.verdict_reason, '') AS verdict_reason,"
         " o.outcome, o.tp, o.fp, o.fn FROM regions g"
         " JOIN doi_decisions d ON d.region_id = g.id"
         " JOIN region_outcomes o ON o.region_id = g.id"
@@ -76,6 +77,7 @@ def audit_rows(store: Store, run_id: int) -> list[AuditRow]:
                 row["reason"],
                 row["choice"],
                 row["doi"],
+                row["f_b"],
                 row["verdict"],
                 own,
                 row["verdict_reason"],

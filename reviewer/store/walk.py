@@ -73,7 +73,7 @@ def list_doubtful(
         WITH waiting AS (
             SELECT g.id, g.pair_id, s.name AS split, p.name AS pair, g.doi, g.f_b, g.overlap_px,
                 ({WRONG} g.choice) AS wrong_px,
-                ({WRONG} CASE g.choice WHEN 'adopt' THEN 'keep' ELSE 'adopt' END) AS flipped_px,
+                ({WRONG} CASE g.choice WHEN 'keep' THEN 'adopt' ELSE 'keep' END) AS flipped_px,
                 EXISTS (SELECT 1 FROM opinions e WHERE e.region_id = g.id
                     AND e.outcome <> g.choice) AS opposed,
                 t.annotator_id IS NOT NULL AS drawn

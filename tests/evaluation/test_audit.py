@@ -1,6 +1,7 @@
 """The audit report: decisions against the oracle's, and DoI as a predictor of errors."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -65,12 +66,12 @@ def test_the_bootstrap_resamples_whole_pairs():
 
 
 def row(region, choice, adopt, keep, **more):
-    given = {"doi": 0.5, "verdict": None, "labels": "pen", "split": "cs1", **more}
+    given = {"doi": 0.5, "f_b": 1, "verdict": None, "labels": "pen", "split": "cs1", **more}
     outcomes = {"keep": Counts(*keep), "reject": Counts(0, 0, keep[0] + keep[2])}
     if adopt:
         outcomes["adopt"] = Counts(*adopt)
     return AuditRow(region, region, given["split"], given["labels"], "reason", choice,
-                    given["doi"], given["verdict"], outcomes)  # fmt: skip
+                    given["doi"], given["f_b"], given["verdict"], outcomes)  # fmt: skip
 
 
 ROWS = [
@@ -99,11 +100,66 @@ def test_decisions_are_held_against_those_with_fewer_wrong_pixels():
 
 
 def test_the_detector_is_wrong_where_its_pixels_miss_the_truth():
-    found = audit_report(ROWS).predictor
+    found = audit_report(ROWS).predictors[0]
     # IoU of keep: .476, .8, .95, .5 and 0; the detector said something in all five.
     assert (found.regions, found.errors) == (5, 2)
     assert found.auroc.value == pytest.approx(5 / 6)
     assert found.aurc_best <= found.aurc.value
+
+
+SEEN = [
+    row(6, "keep", (0, 50, 40), (5, 60, 35), doi=0.0, f_b=0),
+    row(7, "keep", (30, 0, 0), (28, 0, 2), doi=0.0, f_b=0),
+    row(8, "keep", (90, 0, 10), (80, 0, 20), doi=0.2),
+    row(9, "keep", None, (60, 10, 10), doi=1.0),
+]
+
+
+def test_doi_is_judged_apart_where_the_zero_over_zero_rule_does_not_speak():
+    everything, with_object, unseen, baseline = audit_report([*ROWS, *SEEN]).predictors
+    assert [p.title for p in (everything, with_object, unseen, baseline)] == [
+        "DoI, all regions",
+        "DoI, regions with an object",
+        "DoI, with an object and f_b = 1",
+        "no object touches it, all regions",
+    ]
+    assert [(p.regions, p.errors) for p in (everything, with_object, unseen)] == [
+        (9, 3),
+        (7, 2),
+        (5, 1),
+    ]
+    # Errors 1, 5 and 6 of IoU .476, 0 and .05; DoI .55 (rank 2nd), 1 (tied), 0 (tied lowest).
+    assert everything.auroc.value == pytest.approx((4 + 5.5 + 0.5) / (3 * 6))
+    assert with_object.auroc.value == pytest.approx((4 + 0.5) / (2 * 5))
+    # Of 1 (.55), 2 (.6), 3 (.05), 4 (.5) and 8 (.2) the first is the only error.
+    assert unseen.auroc.value == pytest.approx(3 / 4)
+
+
+def test_the_trivial_baseline_is_whether_an_object_touches_the_region():
+    baseline = audit_report([*ROWS, *SEEN]).predictors[3]
+    # Two of nine have no object: one of three errors, one of six others; ties count half.
+    assert (baseline.regions, baseline.errors) == (9, 3)
+    assert baseline.auroc.value == pytest.approx((5.5 + 2 * 2.5) / (3 * 6))
+
+
+def test_where_a_rule_rejects_the_best_decision_may_reject_too():
+    seen = [replace(r, reason="seen_in_reference") for r in SEEN[:2]]
+    kept, rejected = (audit_report([*ROWS, *seen], way) for way in ("keep", "reject"))
+    table = {(r["decision"], r["oracle"]): r["regions"] for r in rejected.confusion}
+    # 6: 75 wrong pixels when kept, 90 adopted, 40 rejected; 7: 2, 0 and 30.
+    assert table["reject", "reject"] == 1 and table["reject", "adopt"] == 1
+    assert {r["decision"] for r in kept.confusion} == {"adopt", "keep"}
+    lost = [
+        sum(g["pixels lost"] for g in found.groups if g["group"] == "seen_in_reference")
+        for found in (kept, rejected)
+    ]
+    assert lost == [5 + 2, 30]
+
+
+def test_regions_seen_in_the_reference_stand_on_a_line_of_their_own():
+    found = audit_report([*ROWS, *SEEN])
+    assert (found.seen.regions, found.seen.errors, found.seen.share) == (2, 1, 0.5)
+    assert audit_report(ROWS).record()["seen"] == {"regions": 0, "errors": 0, "share": None}
 
 
 def test_the_report_of_a_run_and_its_figure(db, run, tiny_split, tmp_path):
@@ -116,8 +172,13 @@ def test_the_report_of_a_run_and_its_figure(db, run, tiny_split, tmp_path):
     done = CliRunner().invoke(app, ["audit", "report", "--figure", str(figure), *place])
     assert done.exit_code == 0, done.output
     assert "DoI as a predictor" in done.output and figure.stat().st_size > 5000
+    for line in ("regions with an object", "with an object and f_b = 1", "no object touches it"):
+        assert line in done.output
+    assert "0 regions were seen in the reference (f_b = 0, so DoI is 0)" in done.output
+    assert "scope component, f_b = 0: keep" in done.output
     record = json.loads(CliRunner().invoke(app, ["audit", "report", "--json", *place]).output)
     assert record["regions"] == len(audit_rows(db, run.id))
     assert record["verdicts"][0]["verdict"] == "reject"
+    assert record["predictors"][0]["title"] == "DoI, all regions"
     assert record["people"]["things"] == 1 and record["people"]["share"] == 0.0
     assert "judged by two or more: 0.0% of opinions agree" in done.output

@@ -83,6 +83,7 @@ def test_the_report_holds_tables_plots_and_what_was_left_out(db, run, tiny_split
     page = report_page(db, None, Protocol(), steps.append)
     assert "1,200 of 57,600 pixels are ill-posed and were left out (2.08%)" in page
     assert run.name in page and "<h2>Mean F</h2>" in page and "&lt;glass&gt;" in page
+    assert "no object touches it, all regions" in page and "seen in the reference" in page
     assert len(re.findall('src="data:image/png;base64,', page)) == 4
     assert not re.search(r'(src|href)="(?!data:)', page) and "<script" not in page
     assert steps == ["counts", "objects and borders", run.name, "pictures"]

@@ -7,8 +7,8 @@ import pytest
 from typer.testing import CliRunner
 
 from reviewer.cli import app
-from reviewer.evaluation.shapes import IOUS, TOLERANCES_PX, score_shapes
-from reviewer.metrics import Counts, boundary_f
+from reviewer.evaluation.shapes import IOUS, SHARES, TOLERANCES_PX, score_shapes
+from reviewer.metrics import Counts, border_px, boundary_f, boundary_ious
 
 SHAPE = (60, 80)
 
@@ -51,6 +51,14 @@ def test_borders_at_the_images_edge_count_too():
     assert score_shapes(found, truth).borders == pytest.approx(wanted)
 
 
+def test_bands_are_as_wide_as_the_whole_image_says():
+    truth, found = mask((0, 5, 20, 25)), mask((0, 6, 20, 26), (50, 2, 55, 9))
+    wanted = boundary_ious(found, truth, [border_px(*SHAPE, share) for share in SHARES])
+    assert score_shapes(found, truth).bands == pytest.approx(wanted)
+    assert score_shapes(truth, truth).bands == (1.0, 1.0)
+    assert score_shapes(mask(), mask()).bands is None
+
+
 def test_nothing_found_where_nothing_is_has_no_border():
     score = score_shapes(mask(), mask())
     assert score.borders is None and score.objects == (Counts(),) * 3
@@ -67,4 +75,5 @@ def test_the_command_prints_a_row_a_run_and_method(db, run, tiny_split):
     given = ["evaluate", "--shapes", "--format", "json", "--db", str(db.path)]
     rows = json.loads(CliRunner().invoke(app, given).output)
     assert [row["method"] for row in rows] == ["without DoI", "with DoI"]
+    assert 0 < rows[1]["border IoU 0.5 %"] <= rows[1]["border IoU 2 %"] <= 1
     assert rows[1]["R@0.5"] == 1.0 and 0 < rows[1]["border 1 px"] <= rows[1]["border 3 px"] <= 1

@@ -11,7 +11,7 @@ from reviewer.errors import Conflict, NotFound
 from reviewer.models.labellers.plain import VocabularyLabeller
 from reviewer.models.registry import SEGMENTER_READS, SEGMENTERS
 from reviewer.pipeline.members import Members, build_members
-from reviewer.pipeline.plan import Plan
+from reviewer.pipeline.plan import Plan, _own_settings
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.layers import load_labels, load_objects
@@ -88,6 +88,27 @@ def test_another_doi_threshold_asks_no_model_again(db, tiny_split):
     _, report, second = do(db, PipelineSettings(high=0.7), "lower")
     assert second == [0, 0, 0, 0]
     assert (report.done, report.failures) == (3, [])
+
+
+def test_rejecting_what_was_seen_decides_anew_and_asks_no_model(db, tiny_split):
+    do(db, PipelineSettings())
+    run, report, called = do(db, PipelineSettings(seen="reject"))
+    assert (report.done, called) == (3, [0, 0, 0, 0])
+    assert run.name.endswith("component-reject") and run.settings["seen"] == "reject"
+
+
+def test_results_of_before_there_was_a_choice_of_seen_keep_their_key(tiny_split):
+    def integrate_key(**given):
+        return (
+            Plan(PipelineSettings(**given), frozenset())
+            .of_pair(tiny_split[0], {})
+            .keys["integrate"]
+        )
+
+    record = {**PipelineSettings().doi_rule()}
+    assert record.pop("seen") == "keep"
+    assert integrate_key() == integrate_key(seen="keep") != integrate_key(seen="reject")
+    assert _own_settings(PipelineSettings(), "integrate") == record
 
 
 def test_another_detector_threshold_shares_the_alignment(db, tiny_split):

@@ -133,6 +133,8 @@ def test_a_database_from_before_keys_keeps_what_its_runs_made(tmp_path):
     )
     (run,) = old.query("SELECT json_extract(settings, '$.labeller') AS labeller FROM runs")
     assert run["labeller"] == "none"
+    (run,) = old.query("SELECT json_extract(settings, '$.seen') AS seen FROM runs")
+    assert run["seen"] == "keep"
     assert [row["message"] for row in old.query("SELECT message FROM failures")] == [
         "what went wrong"
     ]
@@ -144,6 +146,16 @@ def test_a_database_from_before_keys_keeps_what_its_runs_made(tmp_path):
     with pytest.raises(sqlite3.IntegrityError, match="append-only"):
         old.execute("DELETE FROM audits")
     old.conn.close()
+
+
+def test_a_region_may_be_rejected_and_nothing_else_is_new(db, run):
+    before = db.read().execute("SELECT count(*) FROM regions").fetchone()[0]
+    assert before and db.read().execute("PRAGMA integrity_check").fetchone()[0] == "ok"
+    db.write(lambda c: c.execute("UPDATE regions SET choice = 'reject'"))
+    with pytest.raises(sqlite3.IntegrityError, match="CHECK constraint failed"):
+        db.write(lambda c: c.execute("UPDATE regions SET choice = 'drop'"))
+    with pytest.raises(sqlite3.OperationalError, match="sqlite_master may not be modified"):
+        db.write(lambda c: c.execute("UPDATE sqlite_master SET sql = '' WHERE name = 'regions'"))
 
 
 def test_every_table_is_strict(db):

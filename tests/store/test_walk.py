@@ -58,6 +58,15 @@ def test_loss_is_what_flipping_a_decision_gains(db, run):
             assert region.gain_px == own.fp + own.fn - other.fp - other.fn
 
 
+def test_what_a_rule_rejects_could_have_been_kept(db, run):
+    db.write(lambda c: c.execute("UPDATE regions SET choice = 'reject'"))
+    refresh_terms(db, run)
+    outcomes = {row.region_id: row.outcomes for row in audit_rows(db, run.id)}
+    for region in list_doubtful(db, run.id, 0.9, 50, order="loss"):
+        reject, keep = (outcomes[region.id][name] for name in ("reject", "keep"))
+        assert region.gain_px == reject.fp + reject.fn - keep.fp - keep.fn
+
+
 def test_disagreement_is_a_verdict_against_the_rule_then_a_drawn_mask_against_it(db, run):
     ada, bob = annotator_id(db, "Ada"), annotator_id(db, "Bob")
     queue = [region.id for region in list_doubtful(db, run.id, 0.9, 50)]

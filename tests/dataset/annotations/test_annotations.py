@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from label_studio_converter.brush import encode_rle as encode_brush
+from people import draw
 from pycocotools import mask as coco
 from typer.testing import CliRunner
 
@@ -14,14 +15,13 @@ from reviewer.dataset.annotations.cvat import read_cvat
 from reviewer.dataset.annotations.label_studio import read_label_studio, unpack_brush
 from reviewer.dataset.annotations.labelme import read_labelme
 from reviewer.dataset.mask_importer import import_masks
-from reviewer.editing.commit import MaskEdit, commit_mask
+from reviewer.editing.commit import MaskEdit
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.export.formats import Options, export_as
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.masks import decode_rle, encode_rle
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
-from reviewer.store.reviews import annotator_id
 from reviewer.store.revisions import list_revisions, newest_revision
 
 ALL = Selection()
@@ -50,7 +50,7 @@ def test_what_is_exported_comes_back_the_same(db, tiny_split, bare, tmp_path, fo
     ignored[3:9, 100:130] = True
     mask = newest_revision(db, pair.id).mask
     edit = MaskEdit(mask, 1, ignore=encode_rle(ignored))
-    commit_mask(db, pair.id, annotator_id(db, "Ada"), edit)
+    draw(db, pair.id, "Ada", edit)
     labelled, _ = select_labelled(db, ALL)
     export_as(db, form, labelled, tmp_path / "out", ALL, Options())
     report = import_masks(bare, tool, tmp_path / "out" / inside, empty=True)
