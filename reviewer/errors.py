@@ -31,6 +31,12 @@ class Conflict(ReviewerError):
     status = 409
 
 
+class TooLarge(ReviewerError):
+    """What is sent is larger than anything that is asked for; nobody reads it."""
+
+    status = 413
+
+
 class Locked(ReviewerError):
     """The annotator has finished the pair; reopening it makes changes possible again."""
 

@@ -11,6 +11,7 @@ import base64
 import hashlib
 import hmac
 import ipaddress
+import re
 import secrets
 import time
 from dataclasses import dataclass
@@ -26,6 +27,8 @@ from reviewer.errors import InvalidInput
 OPEN_PATHS = ("/sign-in", "/static/sign-in.css", "/favicon.ico")
 SIGNED_IN_SECONDS = 30 * 86400
 SIGN_IN_BYTES = 10_000
+BODY_BYTES = 2**20
+POINTING_BYTES = 4 * 2**20
 LARGEST_BODY_BYTES = 64 * 2**20
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
 
@@ -107,6 +110,15 @@ def same_origin(headers: Headers, *, required: bool) -> bool:
     return scheme in ("http", "https") and address == headers.get("host")
 
 
+def _largest_body(path: str) -> int:
+    """Return the bytes that a request to a path may send; the mask's endpoint looks closer."""
+    if path in OPEN_PATHS:
+        return SIGN_IN_BYTES
+    if re.fullmatch(r"/api/pairs/\d+/mask", path):
+        return LARGEST_BODY_BYTES
+    return POINTING_BYTES if path.endswith("/click") else BODY_BYTES
+
+
 def _host_of(address: str) -> str:
     try:
         return urlsplit(address).hostname or ""
@@ -151,7 +163,7 @@ class Guard:
         if unsafe and not same_origin(headers, required=not bearer):
             return problem(403, f"origin {headers.get('origin')!r}: is not this server")
         path = scope["path"]
-        limit = SIGN_IN_BYTES if path in OPEN_PATHS else LARGEST_BODY_BYTES
+        limit = _largest_body(path)
         length = headers.get("content-length", "0" if scope.get("method") in SAFE_METHODS else "")
         if not socket and not (length.isdigit() and int(length) <= limit):
             return problem(413, f"request body: needs a Content-Length of at most {limit} bytes")

@@ -26,12 +26,13 @@ from reviewer.editing.commit import (
     MaskEdit,
     change_state,
     commit_mask,
+    largest_body,
     mask_of_counts,
     mask_of_png,
 )
-from reviewer.errors import InvalidInput
+from reviewer.errors import InvalidInput, TooLarge
 from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
-from reviewer.records import MaskRevision
+from reviewer.records import MaskRevision, Pair
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.overview import pair_overview
@@ -229,10 +230,17 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         if_match: Annotated[str | None, Header()] = None,
     ) -> m.Committed:
         """Commit a mask made from the revision in If-Match: 409 when there is a newer one."""
-        kind, body = request.headers.get("content-type", ""), await request.body()
+        parent, kind = _revision(if_match), request.headers.get("content-type", "")
+        pair = await run_in_threadpool(pair_of_id, store, pair_id)
+        length, most = int(request.headers["content-length"]), largest_body(pair)
+        if length > most:
+            raise TooLarge(
+                f"pair {pair.title}: a mask of its size takes at most {most} bytes, not {length}"
+            )
+        body = await request.body()
 
         def commit() -> int:
-            edit = _read_edit(kind, body, _revision(if_match))
+            edit = _read_edit(pair, kind, body, parent)
             return commit_mask(store, pair_id, annotator_id(store, annotator), edit)
 
         number = await run_in_threadpool(commit)
@@ -298,10 +306,10 @@ def _revision(if_match: str | None) -> int:
     return int(found[1])
 
 
-def _read_edit(content_type: str, body: bytes, parent: int) -> MaskEdit:
+def _read_edit(pair: Pair, content_type: str, body: bytes, parent: int) -> MaskEdit:
     kind = content_type.partition(";")[0].strip()
     if kind == "image/png":
-        return MaskEdit(mask_of_png(body), parent, source="api")
+        return MaskEdit(mask_of_png(pair, body), parent, source="api")
     if kind != "application/json":
         raise InvalidInput(f"Content-Type {kind!r}: send image/png or application/json")
     try:
@@ -313,9 +321,9 @@ def _read_edit(content_type: str, body: bytes, parent: int) -> MaskEdit:
     height, width = change.mask.height, change.mask.width
     ignore: Rle | None = None
     if change.ignore is not None:
-        ignore = mask_of_counts(height, width, change.ignore)
+        ignore = mask_of_counts(pair, height, width, change.ignore)
     return MaskEdit(
-        mask_of_counts(height, width, change.mask.counts),
+        mask_of_counts(pair, height, width, change.mask.counts),
         parent,
         ignore=ignore,
         active_seconds=change.active_seconds,
