@@ -32,7 +32,7 @@ from reviewer.editing.commit import (
 )
 from reviewer.errors import InvalidInput, TooLarge
 from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
-from reviewer.records import MaskRevision, Pair
+from reviewer.records import Image, MaskRevision, Pair
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.overview import pair_overview
@@ -198,7 +198,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         if layer == "ground_truth":
             newest = newest_revision(store, pair_id)
             version = f"r{newest.number if newest else 0}"
-        key = (pair_id, layer, version, judged)
+        key = (pair_id, layer, version, judged, *map(_last_change, (pair.reference, pair.live)))
         picture = pictures.get(key)
         if picture is None:
             picture = draw_layer(store, pair, chosen, layer, judged=judged)
@@ -284,6 +284,11 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         return m.StateReply(state=change.state, revision=newest.number if newest else 0)
 
     return router
+
+
+def _last_change(image: Image) -> int:
+    """Return what tells a replaced file, so that no picture of the old one stands for it."""
+    return image.path.stat().st_mtime_ns if image.path.exists() else 0
 
 
 def _mask_reply(revision: MaskRevision) -> m.MaskReply:
