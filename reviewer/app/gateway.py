@@ -27,7 +27,7 @@ from reviewer.app.api import build_api
 from reviewer.app.desks import Desk, Desks
 from reviewer.app.proxy import ViserProxy
 from reviewer.editing.clicks import Clicks
-from reviewer.errors import InvalidInput, ReviewerError
+from reviewer.errors import InvalidInput, ReviewerError, tell_system_error
 from reviewer.shipped import shipped_folder
 from reviewer.store.database import Store
 from reviewer.store.reviews import annotator_id
@@ -180,6 +180,12 @@ def _answer_errors(app: FastAPI) -> None:
     @app.exception_handler(ReviewerError)
     def reviewer_error(_: Request, error: ReviewerError) -> Response:
         return problem(error.status, str(error))
+
+    @app.exception_handler(OSError)
+    def system_error(request: Request, error: OSError) -> Response:
+        told = tell_system_error(error)
+        LOG.error("%s %s: %s", request.method, request.url.path, told)
+        return problem(told.status, str(told))
 
     @app.exception_handler(HTTPException)
     def http_error(_: Request, error: HTTPException) -> Response:
