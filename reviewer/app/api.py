@@ -38,7 +38,7 @@ from reviewer.store.database import Store
 from reviewer.store.overview import pair_overview
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import list_progress, list_queue
-from reviewer.store.reviews import annotator_id
+from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.revisions import list_revisions, newest_revision, revision_of_number
 
 CACHED_PICTURES = 160
@@ -154,7 +154,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         """All splits with the annotator's progress."""
         return [
             m.SplitProgress(name=p.split, pairs=p.pairs, finished=p.finished)
-            for p in list_progress(store, annotator_id(store, annotator))
+            for p in list_progress(store, known_annotator(store, annotator))
         ]
 
     @router.get("/pairs")
@@ -163,7 +163,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         run = choose_run(store, query.run)
         entries, total = list_queue(
             store,
-            annotator_id(store, annotator),
+            known_annotator(store, annotator),
             run_id=run.id if run else None,
             split=query.split,
             state=query.state,
@@ -177,7 +177,8 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     @router.get("/pairs/{pair_id}")
     def get_pair(annotator: Annotator, pair_id: Id, run: str | None = None) -> m.PairDetail:
         """A pair with its layers, regions and scores."""
-        return pair_detail(store, pair_id, annotator_id(store, annotator), choose_run(store, run))
+        person = known_annotator(store, annotator)
+        return pair_detail(store, pair_id, person, choose_run(store, run))
 
     @router.get(
         "/pairs/{pair_id}/layers/{layer}.png",

@@ -21,27 +21,42 @@ STATES: tuple[ReviewState, ...] = (
 )
 
 
-def annotator_id(store: Store, name: str) -> int:
-    """Return the key of an annotator, adding a new name.
+def known_annotator(store: Store, name: str) -> int:
+    """Return the key of an annotator, 0 (nobody's) for one who has not written anything yet.
 
     Raises:
         InvalidInput: when the name is blank or longer than 80 characters.
     """
+    row = store.read().execute(_PERSON, [_checked_name(name)]).fetchone()
+    return int(row["id"]) if row else 0
+
+
+def annotator_id(store: Store, name: str) -> int:
+    """Return the key of an annotator who writes, adding a new name.
+
+    Raises:
+        InvalidInput: when the name is blank or longer than 80 characters.
+    """
+    known = known_annotator(store, name)
+    if known:
+        return known
+
+    def work(db: sqlite3.Connection) -> int:
+        row = [_checked_name(name), utc_now()]
+        db.execute("INSERT OR IGNORE INTO annotators (name, created_at) VALUES (?, ?)", row)
+        return int(db.execute(_PERSON, row[:1]).fetchone()["id"])
+
+    return store.write(work)
+
+
+_PERSON = "SELECT id FROM annotators WHERE name = ?"
+
+
+def _checked_name(name: str) -> str:
     name = name.strip()
     if not 1 <= len(name) <= 80:
         raise InvalidInput(f"annotator name: must have 1 to 80 characters, but has {len(name)}")
-    query = "SELECT id FROM annotators WHERE name = ?"
-    row = store.read().execute(query, [name]).fetchone()
-    if row:
-        return int(row["id"])
-
-    def work(db: sqlite3.Connection) -> int:
-        db.execute(
-            "INSERT OR IGNORE INTO annotators (name, created_at) VALUES (?, ?)", [name, utc_now()]
-        )
-        return int(db.execute(query, [name]).fetchone()["id"])
-
-    return store.write(work)
+    return name
 
 
 def review_state(store: Store, pair_id: int, annotator: int) -> ReviewState:
