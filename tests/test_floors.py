@@ -36,6 +36,7 @@ GROUND = {
     "geometry",
     "records",
     "errors",
+    "texts",
     "shipped",
     "__init__",
 }

@@ -18,6 +18,7 @@ from pydantic import BaseModel, ValidationError
 from reviewer.app import messages as m
 from reviewer.app.auditing import build_auditing
 from reviewer.app.details import choose_run, pair_detail
+from reviewer.app.fields import Key, Word
 from reviewer.app.pictures import draw_layer
 from reviewer.app.pointing import build_pointing
 from reviewer.app.proposing import build_proposing
@@ -81,12 +82,17 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {
         "content": {"application/problem+json": {"schema": _inlined(m.Problem)}},
     }
     for status, text in {
+        400: "the body cannot be parsed",
         401: "not signed in",
+        403: "a change from another page",
         404: "no such pair, run, layer or region",
         409: "made from a revision that is not the newest",
         413: "the body is too large, or does not tell its length",
+        421: "the Host header names another server",
         422: "the input breaks a rule",
         423: "finished and locked",
+        503: "the database cannot be read or written as things are",
+        507: "the disk is full",
     }.items()
 }
 
@@ -119,6 +125,7 @@ def _who(request: Request) -> str:
 
 
 Annotator = Annotated[str, Depends(_who)]
+IfMatch = Annotated[str | None, Header(max_length=80)]
 Id = m.Id
 
 
@@ -175,7 +182,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         return m.PairPage(total=total, pairs=rows)
 
     @router.get("/pairs/{pair_id}")
-    def get_pair(annotator: Annotator, pair_id: Id, run: str | None = None) -> m.PairDetail:
+    def get_pair(annotator: Annotator, pair_id: Id, run: Key | None = None) -> m.PairDetail:
         """A pair with its layers, regions and scores."""
         person = known_annotator(store, annotator)
         return pair_detail(store, pair_id, person, choose_run(store, run))
@@ -188,8 +195,8 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     def get_layer(
         pair_id: Id,
         layer: m.LayerName,
-        run: str | None = None,
-        v: str | None = None,
+        run: Key | None = None,
+        v: Word | None = None,
         judged: bool = True,
     ) -> Response:
         """A layer as PNG; with `v` (the pair's version) the browser may keep it; `judged=false`
@@ -228,12 +235,12 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         response: Response,
         annotator: Annotator,
         pair_id: Id,
-        if_match: Annotated[str | None, Header()] = None,
+        if_match: IfMatch = None,
     ) -> m.Committed:
         """Commit a mask made from the revision in If-Match: 409 when there is a newer one."""
         parent, kind = _revision(if_match), request.headers.get("content-type", "")
         pair = await run_in_threadpool(pair_of_id, store, pair_id)
-        length, most = int(request.headers["content-length"]), largest_body(pair)
+        length, most = int(request.headers.get("content-length", "0")), largest_body(pair)
         if length > most:
             raise TooLarge(
                 f"pair {pair.title}: a mask of its size takes at most {most} bytes, not {length}"
@@ -275,7 +282,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         annotator: Annotator,
         pair_id: Id,
         change: m.StateChange,
-        if_match: Annotated[str | None, Header()] = None,
+        if_match: IfMatch = None,
     ) -> m.StateReply:
         """Set the annotator's state of a pair; If-Match names the revision that was looked at."""
         seen = None if if_match is None else _revision(if_match)
