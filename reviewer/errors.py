@@ -6,6 +6,8 @@ one line and exits with 2; the API answers problem-JSON with `status`; the app s
 
 from __future__ import annotations
 
+import errno
+
 
 class ReviewerError(Exception):
     """Anything a user can put right; `status` is the HTTP status the API answers with."""
@@ -31,7 +33,38 @@ class Conflict(ReviewerError):
     status = 409
 
 
+class TooLarge(ReviewerError):
+    """What is sent is larger than anything that is asked for; nobody reads it."""
+
+    status = 413
+
+
+class StorageFull(ReviewerError):
+    """There is no room left to write; nothing of the change was kept."""
+
+    status = 507
+
+
+class Unavailable(ReviewerError):
+    """The database cannot be read or written as things are; later, or elsewhere, it may be."""
+
+    status = 503
+
+
+class Damaged(InvalidInput):
+    """The database's file is not what was written; a backup is."""
+
+    status = 503
+
+
 class Locked(ReviewerError):
     """The annotator has finished the pair; reopening it makes changes possible again."""
 
     status = 423
+
+
+def tell_system_error(error: OSError) -> ReviewerError:
+    """Return what a file system refused, as a person is told."""
+    text = f"{error.filename or 'file system'}: {error.strerror or error}"
+    full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+    return StorageFull(text) if full else Unavailable(text)

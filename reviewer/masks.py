@@ -104,6 +104,10 @@ def read_rle(height: int, width: int, counts: str) -> Rle:
     """
     if height <= 0 or width <= 0:
         raise InvalidInput(f"run-lengths: size must be positive, but is {width}x{height}")
+    if len(counts) > longest_counts(height, width):
+        raise InvalidInput(
+            f"run-lengths: {len(counts)} characters are more than any mask of {width}x{height} has"
+        )
     runs = _runs(counts)
     if any(run < 0 for run in runs):
         raise InvalidInput("run-lengths: a run is negative, the string is damaged")
@@ -113,6 +117,14 @@ def read_rle(height: int, width: int, counts: str) -> Rle:
             f"run-lengths: they cover {total} pixels, but {width}x{height} has {height * width}"
         )
     return _measured(height, width, counts)
+
+
+def longest_counts(height: int, width: int) -> int:
+    """Return more characters than the run-lengths of any mask of a size have.
+
+    There is a run a pixel at most, and a run that takes a further character spares 16 pixels.
+    """
+    return 2 * height * width + 16
 
 
 def _runs(counts: str) -> list[int]:
@@ -215,6 +227,21 @@ def encode_png(mask: npt.ArrayLike) -> bytes:
         buffer, "PNG", compress_level=3
     )
     return buffer.getvalue()
+
+
+PNG_HEAD = b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR"
+
+
+def png_size(data: bytes, *, name: str = "mask PNG") -> tuple[int, int]:
+    """Return (height, width) of a PNG as its header tells, without decoding it.
+
+    Raises:
+        InvalidInput: when the bytes do not begin like a PNG.
+    """
+    size = data[len(PNG_HEAD) : len(PNG_HEAD) + 8]
+    if not data.startswith(PNG_HEAD) or len(size) < 8:
+        raise InvalidInput(f"{name}: does not begin like a PNG")
+    return int.from_bytes(size[4:]), int.from_bytes(size[:4])
 
 
 def decode_png(data: bytes, *, name: str = "mask PNG") -> Mask:

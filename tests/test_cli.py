@@ -1,6 +1,7 @@
 """The command line: a session from import to export, and errors in one line."""
 
 import json
+import resource
 import signal
 import subprocess
 import sys
@@ -92,6 +93,36 @@ def test_an_error_is_one_line_and_exit_code_2(folder, monkeypatch, capsys, argum
     assert stopped.value.code == 2
     assert message in captured.err and captured.err.count("\n") == 1
     assert isinstance(stopped.value.__context__, ReviewerError)
+
+
+def in_one_line(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr(sys, "argv", ["reviewer", *arguments])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    told = capsys.readouterr().err
+    assert stopped.value.code == 2 and told.count("\n") == 1, told
+    return told
+
+
+def test_a_database_that_cannot_be_written_is_one_line(folder, monkeypatch, capsys):
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
+    try:
+        told = in_one_line(monkeypatch, capsys, "import", "data")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert "reviewer.db: the disk does not read or write it" in told and "Error" not in told
+
+
+def test_a_full_disk_is_one_line(folder, monkeypatch, capsys):
+    call("import", "data")
+
+    def fail(*_):
+        raise OSError(28, "No space left on device", "out/0000.png")
+
+    monkeypatch.setattr("pathlib.Path.write_bytes", fail)
+    told = in_one_line(monkeypatch, capsys, "export", "png", "out")
+    assert told == "reviewer: out/0000.png: No space left on device\n"
 
 
 def test_a_killed_run_resumes(folder):

@@ -37,6 +37,7 @@ GROUND = {
     "geometry",
     "records",
     "errors",
+    "texts",
     "shipped",
     "__init__",
 }

@@ -11,8 +11,10 @@ import base64
 import hashlib
 import hmac
 import ipaddress
+import re
 import secrets
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from urllib.parse import urlsplit
 
@@ -22,10 +24,13 @@ from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from reviewer.errors import InvalidInput
+from reviewer.store.reviews import clean_name
 
 OPEN_PATHS = ("/sign-in", "/static/sign-in.css", "/favicon.ico")
 SIGNED_IN_SECONDS = 30 * 86400
 SIGN_IN_BYTES = 10_000
+BODY_BYTES = 2**20
+POINTING_BYTES = 4 * 2**20
 LARGEST_BODY_BYTES = 64 * 2**20
 SAFE_METHODS = {"GET", "HEAD", "OPTIONS"}
 
@@ -71,13 +76,17 @@ class Access:
         return f"{payload}.{self._sign(payload)}"
 
     def annotator(self, connection: HTTPConnection) -> str | None:
-        """Return the annotator's name of a request, None when it is not signed in."""
+        """Return the annotator's name of a request, None when it is not signed in.
+
+        Raises:
+            InvalidInput: when a script's name is none.
+        """
         bearer = connection.headers.get("authorization", "")
         if bearer.startswith("Bearer "):
             # Headers come as Latin-1; what people wrote into them was UTF-8.
             if hmac.compare_digest(bearer[7:].encode("latin-1"), self.token.encode()):
                 name = connection.headers.get("x-annotator", "script")
-                return name.encode("latin-1").decode("utf-8", "replace")
+                return clean_name(name.encode("latin-1").decode("utf-8", "replace"))
             return None
         payload, _, signature = connection.cookies.get(self.cookie, "").partition(".")
         if not hmac.compare_digest(signature.encode(), self._sign(payload).encode()):
@@ -107,6 +116,15 @@ def same_origin(headers: Headers, *, required: bool) -> bool:
     return scheme in ("http", "https") and address == headers.get("host")
 
 
+def _largest_body(path: str) -> int:
+    """Return the bytes that a request to a path may send; the mask's endpoint looks closer."""
+    if path in OPEN_PATHS:
+        return SIGN_IN_BYTES
+    if re.fullmatch(r"/api/pairs/\d+/mask", path):
+        return LARGEST_BODY_BYTES
+    return POINTING_BYTES if path.endswith("/click") else BODY_BYTES
+
+
 def _host_of(address: str) -> str:
     try:
         return urlsplit(address).hostname or ""
@@ -127,8 +145,11 @@ class Guard:
             await self.app(scope, receive, send)
             return
         connection = HTTPConnection(scope)
-        annotator = self.access.annotator(connection)
-        refusal = self._refuse(connection, scope, annotator)
+        try:
+            annotator = self.access.annotator(connection)
+            refusal = self._refuse(connection, scope, annotator)
+        except InvalidInput as error:
+            refusal = problem(error.status, str(error))
         if refusal is None:
             scope.setdefault("state", {})["annotator"] = annotator
             await self.app(scope, receive, send)
@@ -151,8 +172,9 @@ class Guard:
         if unsafe and not same_origin(headers, required=not bearer):
             return problem(403, f"origin {headers.get('origin')!r}: is not this server")
         path = scope["path"]
-        limit = SIGN_IN_BYTES if path in OPEN_PATHS else LARGEST_BODY_BYTES
-        length = headers.get("content-length", "0" if scope.get("method") in SAFE_METHODS else "")
+        limit = _largest_body(path)
+        # Without either header there is no body.
+        length = headers.get("content-length", "" if "transfer-encoding" in headers else "0")
         if not socket and not (length.isdigit() and int(length) <= limit):
             return problem(413, f"request body: needs a Content-Length of at most {limit} bytes")
         if path in OPEN_PATHS:
@@ -166,10 +188,13 @@ class Guard:
         return None
 
 
-def problem(status: int, detail: str) -> JSONResponse:
+def problem(status: int, detail: str, headers: Mapping[str, str] | None = None) -> JSONResponse:
     """Return an error as problem-JSON (RFC 9457)."""
+    # What is told back may hold half a character, which UTF-8 cannot say.
+    detail = detail.encode(errors="backslashreplace").decode()
     return JSONResponse(
         {"type": "about:blank", "status": status, "detail": detail},
         status,
+        headers=headers,
         media_type="application/problem+json",
     )

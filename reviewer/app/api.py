@@ -18,6 +18,7 @@ from pydantic import BaseModel, ValidationError
 from reviewer.app import messages as m
 from reviewer.app.auditing import build_auditing
 from reviewer.app.details import choose_run, pair_detail, truth_info
+from reviewer.app.fields import Key, Word
 from reviewer.app.pictures import draw_layer
 from reviewer.app.pointing import build_pointing
 from reviewer.app.proposing import build_proposing
@@ -26,18 +27,19 @@ from reviewer.editing.commit import (
     MaskEdit,
     change_state,
     commit_mask,
+    largest_body,
     mask_of_counts,
     mask_of_png,
 )
-from reviewer.errors import InvalidInput
+from reviewer.errors import InvalidInput, TooLarge
 from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
-from reviewer.records import MaskRevision
+from reviewer.records import Image, MaskRevision, Pair
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.overview import pair_overview
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import list_progress, list_queue
-from reviewer.store.reviews import annotator_id
+from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.revisions import list_revisions, newest_revision, revision_of_number
 
 CACHED_PICTURES = 160
@@ -80,12 +82,17 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {
         "content": {"application/problem+json": {"schema": _inlined(m.Problem)}},
     }
     for status, text in {
+        400: "the body cannot be parsed",
         401: "not signed in",
+        403: "a change from another page",
         404: "no such pair, run, layer or region",
         409: "made from a revision that is not the newest",
         413: "the body is too large, or does not tell its length",
+        421: "the Host header names another server",
         422: "the input breaks a rule",
         423: "finished and locked",
+        503: "the database cannot be read or written as things are",
+        507: "the disk is full",
     }.items()
 }
 
@@ -118,6 +125,7 @@ def _who(request: Request) -> str:
 
 
 Annotator = Annotated[str, Depends(_who)]
+IfMatch = Annotated[str | None, Header(max_length=80)]
 Id = m.Id
 
 
@@ -153,7 +161,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         """All splits with the annotator's progress."""
         return [
             m.SplitProgress(name=p.split, pairs=p.pairs, finished=p.finished)
-            for p in list_progress(store, annotator_id(store, annotator))
+            for p in list_progress(store, known_annotator(store, annotator))
         ]
 
     @router.get("/pairs")
@@ -162,7 +170,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         run = choose_run(store, query.run)
         entries, total = list_queue(
             store,
-            annotator_id(store, annotator),
+            known_annotator(store, annotator),
             run_id=run.id if run else None,
             split=query.split,
             state=query.state,
@@ -175,9 +183,10 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         return m.PairPage(total=total, pairs=rows)
 
     @router.get("/pairs/{pair_id}")
-    def get_pair(annotator: Annotator, pair_id: Id, run: str | None = None) -> m.PairDetail:
+    def get_pair(annotator: Annotator, pair_id: Id, run: Key | None = None) -> m.PairDetail:
         """A pair with its layers, regions and scores."""
-        return pair_detail(store, pair_id, annotator_id(store, annotator), choose_run(store, run))
+        person = known_annotator(store, annotator)
+        return pair_detail(store, pair_id, person, choose_run(store, run))
 
     @router.get(
         "/pairs/{pair_id}/layers/{layer}.png",
@@ -187,8 +196,8 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     def get_layer(
         pair_id: Id,
         layer: m.LayerName,
-        run: str | None = None,
-        v: str | None = None,
+        run: Key | None = None,
+        v: Word | None = None,
         judged: bool = True,
     ) -> Response:
         """A layer as PNG; with `v` (the pair's version) the browser may keep it; `judged=false`
@@ -198,7 +207,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         if layer == "ground_truth":
             newest = newest_revision(store, pair_id)
             version = f"r{newest.number if newest else 0}"
-        key = (pair_id, layer, version, judged)
+        key = (pair_id, layer, version, judged, *map(_last_change, (pair.reference, pair.live)))
         picture = pictures.get(key)
         if picture is None:
             picture = draw_layer(store, pair, chosen, layer, judged=judged)
@@ -227,13 +236,20 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         response: Response,
         annotator: Annotator,
         pair_id: Id,
-        if_match: Annotated[str | None, Header()] = None,
+        if_match: IfMatch = None,
     ) -> m.Committed:
         """Commit a mask made from the revision in If-Match: 409 when there is a newer one."""
-        kind, body = request.headers.get("content-type", ""), await request.body()
+        parent, kind = _revision(if_match), request.headers.get("content-type", "")
+        pair = await run_in_threadpool(pair_of_id, store, pair_id)
+        length, most = int(request.headers.get("content-length", "0")), largest_body(pair)
+        if length > most:
+            raise TooLarge(
+                f"pair {pair.title}: a mask of its size takes at most {most} bytes, not {length}"
+            )
+        body = await request.body()
 
         def commit() -> int:
-            edit = _read_edit(kind, body, _revision(if_match))
+            edit = _read_edit(pair, kind, body, parent)
             return commit_mask(store, pair_id, annotator_id(store, annotator), edit)
 
         number = await run_in_threadpool(commit)
@@ -267,7 +283,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         annotator: Annotator,
         pair_id: Id,
         change: m.StateChange,
-        if_match: Annotated[str | None, Header()] = None,
+        if_match: IfMatch = None,
     ) -> m.StateReply:
         """Set the annotator's state of a pair; If-Match names the revision that was looked at."""
         seen = None if if_match is None else _revision(if_match)
@@ -281,6 +297,11 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         )
 
     return router
+
+
+def _last_change(image: Image) -> int:
+    """Return what tells a replaced file, so that no picture of the old one stands for it."""
+    return image.path.stat().st_mtime_ns if image.path.exists() else 0
 
 
 def _mask_reply(revision: MaskRevision) -> m.MaskReply:
@@ -303,10 +324,10 @@ def _revision(if_match: str | None) -> int:
     return int(found[1])
 
 
-def _read_edit(content_type: str, body: bytes, parent: int) -> MaskEdit:
+def _read_edit(pair: Pair, content_type: str, body: bytes, parent: int) -> MaskEdit:
     kind = content_type.partition(";")[0].strip()
     if kind == "image/png":
-        return MaskEdit(mask_of_png(body), parent, source="api")
+        return MaskEdit(mask_of_png(pair, body), parent, source="api")
     if kind != "application/json":
         raise InvalidInput(f"Content-Type {kind!r}: send image/png or application/json")
     try:
@@ -318,9 +339,9 @@ def _read_edit(content_type: str, body: bytes, parent: int) -> MaskEdit:
     height, width = change.mask.height, change.mask.width
     ignore: Rle | None = None
     if change.ignore is not None:
-        ignore = mask_of_counts(height, width, change.ignore)
+        ignore = mask_of_counts(pair, height, width, change.ignore)
     return MaskEdit(
-        mask_of_counts(height, width, change.mask.counts),
+        mask_of_counts(pair, height, width, change.mask.counts),
         parent,
         ignore=ignore,
         active_seconds=change.active_seconds,

@@ -14,16 +14,13 @@ from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.reasons import list_reasons, set_reasons
-from reviewer.store.reviews import annotator_id
+from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.walk import list_doubtful
 
 
 def build_auditing(store: Store) -> APIRouter:
     """Return the router of the audit."""
     router = APIRouter()
-
-    def person(request: Request) -> int:
-        return annotator_id(store, str(request.state.annotator))
 
     @router.get("/audit-queue")
     def get_audit_queue(
@@ -40,7 +37,7 @@ def build_auditing(store: Store) -> APIRouter:
             query.limit,
             order=query.order,
             opinion=query.opinion,
-            annotator_id=person(request),
+            annotator_id=known_annotator(store, str(request.state.annotator)),
         )
         return [
             m.DoubtfulRegionInfo(
@@ -58,7 +55,7 @@ def build_auditing(store: Store) -> APIRouter:
     @router.post("/regions/{region_id}/audit")
     def post_audit(request: Request, region_id: m.Id, change: m.VerdictChange) -> m.PairDetail:
         """Give a verdict on a region; the answer is the pair with its new prediction."""
-        who = person(request)
+        who = annotator_id(store, str(request.state.annotator))
         run_id, pair_id = give_verdict(
             store, region_id, who, change.verdict, reason=change.reason, comment=change.comment
         )

@@ -21,7 +21,7 @@ from reviewer.records import ReviewState, Run, TeamState
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import Order, QueueEntry, list_queue
-from reviewer.store.reviews import annotator_id
+from reviewer.store.reviews import annotator_id, known_annotator
 
 Send = Callable[[dict[str, Any]], None]
 EVERYTHING = 100_000
@@ -61,7 +61,13 @@ class Desk:
 
     @property
     def annotator_id(self) -> int:
-        """The annotator's key; only a desk that is unlocked has one."""
+        """The annotator's key to look things up by; only a desk that is unlocked has one."""
+        assert self.annotator is not None, "a locked desk has no annotator"
+        return known_annotator(self.store, self.annotator)
+
+    @property
+    def author_id(self) -> int:
+        """The key under which the annotator writes; made when it is asked for first."""
         assert self.annotator is not None, "a locked desk has no annotator"
         return annotator_id(self.store, self.annotator)
 

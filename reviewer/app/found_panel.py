@@ -12,7 +12,7 @@ from typing import Any
 import viser
 
 from reviewer.app.desks import Desk
-from reviewer.errors import NotFound
+from reviewer.errors import ReviewerError
 from reviewer.found.listing import Item, list_items, named_alike
 from reviewer.found.names import UNNAMED
 from reviewer.store.finds import finds_version, name_finds
@@ -69,8 +69,8 @@ class FoundPanel:
                 return
             regions = named_alike(self._items, item)
             try:
-                name_finds(self._desk.store, regions, text, self._desk.annotator_id)
-            except NotFound as error:
+                name_finds(self._desk.store, regions, text, self._desk.author_id)
+            except ReviewerError as error:
                 client.add_notification("Not renamed", str(error), color="red")
             self.draw()
 

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from reviewer.app.fields import Key
 from reviewer.app.messages import Message
 
 
@@ -13,7 +14,7 @@ class Showing(Message):
     """From the frame: it shows this pair."""
 
     type: Literal["showing"]
-    pair: int
+    pair: Annotated[int, Field(ge=1, le=2**63 - 1)]
 
 
 class Step(Message):
@@ -33,7 +34,7 @@ class RunChosen(Message):
     """From the frame: show this run."""
 
     type: Literal["run"]
-    run: str
+    run: Key
 
 
 class ThemeChosen(Message):

@@ -27,12 +27,15 @@ from reviewer.app.api import build_api
 from reviewer.app.desks import Desk, Desks
 from reviewer.app.proxy import ViserProxy
 from reviewer.editing.clicks import Clicks
-from reviewer.errors import InvalidInput, ReviewerError
+from reviewer.errors import InvalidInput, ReviewerError, tell_system_error
 from reviewer.shipped import shipped_folder
 from reviewer.store.database import Store
 from reviewer.store.reviews import annotator_id
 
 LOG = logging.getLogger(__name__)
+LARGEST_MESSAGE = 100_000
+UNSUPPORTED_DATA, TOO_BIG = 1003, 1009
+"""Codes that a WebSocket is closed with (RFC 6455)."""
 FROM_FRAME: TypeAdapter[frame.FromFrame] = TypeAdapter(frame.FromFrame)
 PAGE_SECURITY = (
     "default-src 'self'; img-src 'self' blob: data:; style-src 'self'; script-src 'self';"
@@ -181,9 +184,15 @@ def _answer_errors(app: FastAPI) -> None:
     def reviewer_error(_: Request, error: ReviewerError) -> Response:
         return problem(error.status, str(error))
 
+    @app.exception_handler(OSError)
+    def system_error(request: Request, error: OSError) -> Response:
+        told = tell_system_error(error)
+        LOG.error("%s %s: %s", request.method, request.url.path, told)
+        return problem(told.status, str(told))
+
     @app.exception_handler(HTTPException)
     def http_error(_: Request, error: HTTPException) -> Response:
-        return problem(error.status_code, str(error.detail))
+        return problem(error.status_code, str(error.detail), error.headers)
 
     @app.exception_handler(Exception)
     def unexpected(request: Request, error: Exception) -> Response:
@@ -219,8 +228,7 @@ async def _serve_desk(
     writer = asyncio.create_task(write())
     try:
         await asyncio.to_thread(desk.check_in, socket.state.annotator, send)
-        while True:
-            text = await socket.receive_text()
+        while (text := await _next_text(socket)) is not None:
             try:
                 await asyncio.to_thread(_handle, desk, clicks, FROM_FRAME.validate_json(text))
             except (ValidationError, ReviewerError) as error:
@@ -232,6 +240,20 @@ async def _serve_desk(
         LOG.debug("desk of %s left", socket.state.annotator)
     finally:
         writer.cancel()
+
+
+async def _next_text(socket: WebSocket) -> str | None:
+    """Return the next message; None after closing on a frame that cannot be one."""
+    message = await socket.receive()
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1005))
+    text: str | None = message.get("text")
+    if text is None:
+        await socket.close(UNSUPPORTED_DATA, "messages are JSON text")
+    elif len(text) > LARGEST_MESSAGE:
+        await socket.close(TOO_BIG, f"a message has at most {LARGEST_MESSAGE} characters")
+        return None
+    return text
 
 
 def _handle(desk: Desk, clicks: Clicks, message: frame.FromFrame) -> None:

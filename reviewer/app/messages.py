@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from fastapi import Path
 from pydantic import BaseModel, ConfigDict, Field
 
+from reviewer.app.fields import Client, Comment, Counts, Key, ListedReason, Phrase, Word
 from reviewer.editing.proposals import Source
 from reviewer.records import ReviewState, Standing, TeamState, Verdict
 from reviewer.store.queue import Order
@@ -151,7 +152,7 @@ class DoubtfulRegionInfo(Message):
 class WalkQuery(Message):
     """Which regions wait for a verdict, and in what order."""
 
-    run: str | None = None
+    run: Key | None = None
     order: WalkOrder = "threshold"
     opinion: Opinion = "first"
     limit: Annotated[int, Field(ge=1, le=5000)] = 100
@@ -160,7 +161,7 @@ class WalkQuery(Message):
 class Reasons(Message):
     """The reasons that are offered with a verdict, in order."""
 
-    reasons: Annotated[list[Annotated[str, Field(max_length=400)]], Field(max_length=400)]
+    reasons: Annotated[list[ListedReason], Field(max_length=400)]
 
 
 class ScoreInfo(Message):
@@ -199,8 +200,8 @@ class LabelInfo(Message):
 class LabelChange(Message):
     """A name to search for in place of another one; "" searches for nothing."""
 
-    run: str | None = None
-    label: Annotated[str, Field(max_length=4000)]
+    run: Key | None = None
+    label: Phrase
 
 
 class TruthInfo(Message):
@@ -242,7 +243,7 @@ class RleMask(Message):
 
     height: Annotated[int, Field(gt=0, le=20000)]
     width: Annotated[int, Field(gt=0, le=20000)]
-    counts: str
+    counts: Counts
 
 
 class MaskReply(Message):
@@ -265,9 +266,9 @@ class MaskChange(Message):
     """A mask to commit; the revision it was made from stands in If-Match."""
 
     mask: RleMask
-    ignore: str | None = None
+    ignore: Counts | None = None
     active_seconds: Annotated[float, Field(ge=0, le=86400, allow_inf_nan=False)] = 0.0
-    tool_log: list[dict[str, Any]] = []
+    tool_log: Annotated[list[dict[str, Any]], Field(max_length=2000)] = []
 
 
 class Committed(Message):
@@ -290,7 +291,7 @@ class ClickPoint(Message):
 class CandidateMask(Message):
     """A candidate as COCO run-lengths, with the segmenter's own score in [0, 1]."""
 
-    counts: str
+    counts: Counts
     score: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 
 
@@ -301,8 +302,8 @@ class ClickChange(Message):
     the ground truth with score 0.
     """
 
-    client: Annotated[str, Field(min_length=1, max_length=64)]
-    run: str | None = None
+    client: Client
+    run: Key | None = None
     picture: Literal["live", "reference"] = "live"
     clicks: Annotated[list[ClickPoint], Field(max_length=200)] = []
     box: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None
@@ -352,8 +353,8 @@ class VerdictChange(Message):
     """A verdict on a region's decision, with a reason (of the list, as a rule) and a comment."""
 
     verdict: Verdict
-    reason: Annotated[str, Field(max_length=80)] = ""
-    comment: Annotated[str, Field(max_length=2000)] = ""
+    reason: Word = ""
+    comment: Comment = ""
 
 
 class RevisionInfo(Message):
@@ -371,10 +372,10 @@ class RevisionInfo(Message):
 class QueueQuery(Message):
     """Filters and order of the queue."""
 
-    split: str | None = None
+    split: Key | None = None
     state: ReviewState | None = None
     team: TeamState | None = None
     order: Order = "name"
-    run: str | None = None
+    run: Key | None = None
     limit: Annotated[int, Field(ge=1, le=5000)] = 100
     offset: Annotated[int, Field(ge=0, le=10_000_000)] = 0

@@ -12,14 +12,14 @@ import io
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from pathlib import Path
 
 import cv2
 import numpy as np
 import numpy.typing as npt
 from PIL import Image as PillowImage
 
-from reviewer.dataset.files import is_plain_png, read_rgb
+from reviewer.dataset.files import is_plain_png
+from reviewer.dataset.pictures import read_bytes, read_picture
 from reviewer.errors import NotFound
 from reviewer.masks import Mask, components, decode_rle
 from reviewer.pipeline.fields import load_probability
@@ -50,12 +50,13 @@ def draw_layer(
 
     Raises:
         NotFound: when the layer needs a run or a stage that is not there.
+        InvalidInput: when an image is not the one that was imported.
     """
     if layer in ("reference", "live"):
-        path = pair.reference.path if layer == "reference" else pair.live.path
-        data = _file(path)
+        image = pair.reference if layer == "reference" else pair.live
+        data = read_bytes(image)
         # A plain PNG goes out as it is: the pixels of the file, and nothing to encode.
-        return data if is_plain_png(path) else _png(read_rgb(path))
+        return data if is_plain_png(image.path) else _png(read_picture(image))
     if layer == "ground_truth":
         revision = newest_revision(store, pair.id)
         if revision is None:
@@ -65,13 +66,6 @@ def draw_layer(
         raise NotFound(f"layer {layer}: needs a run; run the pipeline or import layers first")
     drawers = DRAWERS if judged else {**DRAWERS, **AS_DECIDED}
     return _png(drawers[layer](store, pair, run))
-
-
-def _file(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise NotFound(f"{path}: cannot be read, {error.strerror}") from error
 
 
 def _warped(store: Store, pair: Pair, run: Run) -> Rgb:
@@ -84,7 +78,7 @@ def _warped(store: Store, pair: Pair, run: Run) -> Rgb:
 def _difference(store: Store, pair: Pair, run: Run) -> Rgb:
     """Heat of the lightness-normalised difference, dark where the warp is not valid."""
     warped, valid = warped_reference(store, run, pair)
-    live = read_rgb(pair.live.path)
+    live = read_picture(pair.live)
     present = cv2.cvtColor(live, cv2.COLOR_RGB2LAB).astype(np.float32)
     past = cv2.cvtColor(warped, cv2.COLOR_RGB2LAB).astype(np.float32)
     if valid.any():

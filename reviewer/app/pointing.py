@@ -9,6 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from reviewer.app import messages as m
 from reviewer.app.details import choose_run
+from reviewer.app.fields import Key
 from reviewer.editing.clicks import ClickRequest, Clicks
 from reviewer.editing.pictures import Picture, live_point, load_pictures
 from reviewer.errors import Conflict, InvalidInput
@@ -20,7 +21,7 @@ from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
 
 LOOK_UP_SECONDS = 0.2
-Coordinate = Annotated[int, Query(ge=0, le=20000)]
+Pixel = Annotated[int, Query(ge=0, le=20000)]
 
 
 def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
@@ -59,9 +60,9 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
     @router.get("/pairs/{pair_id}/live-point")
     def get_live_point(
         pair_id: m.Id,
-        x: Annotated[float, Query(ge=0, le=20000)],
-        y: Annotated[float, Query(ge=0, le=20000)],
-        run: str | None = None,
+        x: m.Coordinate,
+        y: m.Coordinate,
+        run: Key | None = None,
     ) -> m.LivePoint:
         """Where a point of the reference image lies in the live image, both in pixels."""
         pair = pair_of_id(store, pair_id)
@@ -71,12 +72,12 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
     @router.get("/pairs/{pair_id}/edge-path")
     def get_edge_path(
         pair_id: m.Id,
-        x0: Coordinate,
-        y0: Coordinate,
-        x1: Coordinate,
-        y1: Coordinate,
+        x0: Pixel,
+        y0: Pixel,
+        x1: Pixel,
+        y1: Pixel,
         picture: Picture = "live",
-        run: str | None = None,
+        run: Key | None = None,
     ) -> m.EdgePath:
         """The path between two pixels that follows edges (intelligent scissors)."""
         pair, chosen = pair_of_id(store, pair_id), choose_run(store, run)

@@ -8,6 +8,7 @@ from fastapi import APIRouter, Query, Request, Response
 
 from reviewer.app import messages as m
 from reviewer.app.details import pair_detail
+from reviewer.app.fields import Key
 from reviewer.editing.proposals import Source, list_proposals
 from reviewer.editing.relabel import Relabelling
 from reviewer.found.thumbnails import draw_thumbnail
@@ -25,7 +26,9 @@ def build_proposing(store: Store) -> APIRouter:
 
     @router.get("/pairs/{pair_id}/proposals")
     def get_proposals(
-        pair_id: m.Id, source: Annotated[list[Source], Query()], run: str | None = None
+        pair_id: m.Id,
+        source: Annotated[list[Source], Query(max_length=20)],
+        run: Key | None = None,
     ) -> list[m.ProposalInfo]:
         """The masks that a run proposes for a pair, from one or several sources."""
         pair = pair_of_id(store, pair_id)

@@ -16,6 +16,7 @@ from reviewer.errors import InvalidInput
 from reviewer.models.embeddings import EmbeddingCache, cache_folder
 from reviewer.models.registry import build_click_segmenter
 from reviewer.store.database import Store
+from reviewer.store.integrity import require_whole
 
 LARGEST_MESSAGE = 64 * 2**20
 
@@ -38,9 +39,11 @@ def serve_app(
         InvalidInput: when the host needs a token, the port is taken, or the click segmenter cannot
             be loaded.
         NotFound: when the database does not exist.
+        Damaged: when a page of it is damaged.
     """
     segmenter = build_click_segmenter(click)
     with _listen(host, port) as listener, Store(db) as store:
+        require_whole(store)
         number = listener.getsockname()[1]
         access = Access.create(host, number, token, allow_hosts)
         desks = Desks(store)

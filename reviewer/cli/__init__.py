@@ -27,7 +27,7 @@ from reviewer.cli import (  # noqa: F401
     whatif,
 )
 from reviewer.cli.options import app
-from reviewer.errors import ReviewerError
+from reviewer.errors import ReviewerError, tell_system_error
 
 __all__ = ["app", "main"]
 
@@ -39,6 +39,7 @@ def main() -> None:
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         app()
-    except ReviewerError as error:
-        typer.echo(f"reviewer: {error}", err=True)
+    except (ReviewerError, OSError) as error:
+        told = error if isinstance(error, ReviewerError) else tell_system_error(error)
+        typer.echo(f"reviewer: {told}", err=True)
         sys.exit(2)

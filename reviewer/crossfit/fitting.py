@@ -13,7 +13,7 @@ from pathlib import Path
 
 from reviewer.atomic import whole_file
 from reviewer.crossfit.folds import FoldData
-from reviewer.dataset.files import read_rgb
+from reviewer.dataset.pictures import read_picture
 from reviewer.models.net_detector import NetDetector
 from reviewer.pipeline.fields import probability_png
 from reviewer.pipeline.stored import warped_reference
@@ -82,6 +82,6 @@ def _judge(
     detector = NetDetector(net, str(checkpoint))
     for pair in each.fold.test:
         warped, valid = warped_reference(store, warper, pair)
-        probability = detector.detect(warped, read_rgb(pair.live.path), valid)
+        probability = detector.detect(warped, read_picture(pair.live), valid)
         with whole_file(maps / pair.split / f"{pair.name}.png") as file:
             file.write(probability_png(probability))

@@ -97,23 +97,21 @@ def check_models(*, deep: bool) -> Iterator[Check]:
 def check_store(db: Path, *, deep: bool) -> Iterator[Check]:
     """Look for damage in a database, and for images that are gone or have changed."""
     try:
-        store = Store(db)
+        with Store(db) as store:
+            found, files = damage(store), list_image_files(store)
     except ReviewerError as error:
         yield Check("database", "bad", str(error))
         return
-    with store:
-        found = damage(store)
-        if found:
-            yield Check("database", "bad", "; ".join(found[:SHOWN]))
-        else:
-            yield Check("database", "good", f"{db}, {db.stat().st_size / 2**20:.1f} MiB")
-        files = list_image_files(store)
-        wrong = []
-        for path, sha256 in files:
-            if not path.is_file():
-                wrong.append(f"{path} is gone")
-            elif deep and hash_file(path) != sha256:
-                wrong.append(f"{path} has changed since its import")
+    if found:
+        yield Check("database", "bad", "; ".join(found[:SHOWN]))
+    else:
+        yield Check("database", "good", f"{db}, {db.stat().st_size / 2**20:.1f} MiB")
+    wrong = []
+    for path, sha256 in files:
+        if not path.is_file():
+            wrong.append(f"{path} is gone")
+        elif deep and hash_file(path) != sha256:
+            wrong.append(f"{path} has changed since its import")
     if wrong:
         rest = f", and {len(wrong) - SHOWN} more" if len(wrong) > SHOWN else ""
         yield Check("images", "bad", ", ".join(wrong[:SHOWN]) + rest)

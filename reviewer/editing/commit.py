@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,13 +10,15 @@ from typing import Any
 
 from reviewer.errors import InvalidInput
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.masks import Rle, decode_png, encode_rle, read_rle
-from reviewer.records import ReviewState, RevisionSource
+from reviewer.masks import Rle, decode_png, encode_rle, png_size, read_rle
+from reviewer.records import Pair, ReviewState, RevisionSource
 from reviewer.store.database import Store
 from reviewer.store.reviews import set_review_state
 from reviewer.store.revisions import add_revision
 
-LARGEST_LOG = 2000
+MOST_ACTIONS = 2000
+LARGEST_LOG_BYTES = 256 * 2**10
+DEEPEST_LOG = 8
 LOG = logging.getLogger(__name__)
 
 
@@ -31,14 +34,64 @@ class MaskEdit:
     tool_log: Sequence[Mapping[str, Any]] = field(default_factory=tuple)
 
 
-def mask_of_png(data: bytes) -> Rle:
-    """Return the run-lengths of a 0/255 PNG; raises InvalidInput when it is no mask."""
+def largest_body(pair: Pair) -> int:
+    """Return the bytes that a mask of a pair with its log may take on its way here."""
+    return 8 * pair.live.height * pair.live.width + 4 * LARGEST_LOG_BYTES
+
+
+def mask_of_png(pair: Pair, data: bytes) -> Rle:
+    """Return the run-lengths of a 0/255 PNG for a pair.
+
+    Raises:
+        InvalidInput: when it is no mask, or has another size, which is told before it is decoded.
+    """
+    _check_size(pair, *png_size(data))
     return encode_rle(decode_png(data))
 
 
-def mask_of_counts(height: int, width: int, counts: str) -> Rle:
-    """Return checked run-lengths; raises InvalidInput when they do not fit the size."""
+def mask_of_counts(pair: Pair, height: int, width: int, counts: str) -> Rle:
+    """Return checked run-lengths for a pair; raises InvalidInput when they do not fit its size."""
+    _check_size(pair, height, width)
     return read_rle(height, width, counts)
+
+
+def _check_size(pair: Pair, height: int, width: int) -> None:
+    live = pair.live
+    if (height, width) != (live.height, live.width):
+        raise InvalidInput(
+            f"pair {pair.title}: the mask is {width}x{height}, but the live image is"
+            f" {live.width}x{live.height}"
+        )
+
+
+def check_log(log: Sequence[Mapping[str, Any]]) -> None:
+    """Check a tool log from outside.
+
+    Raises:
+        InvalidInput: when it has too many actions, is too deep or too large, or holds what is no
+            JSON (numbers that are not finite, half characters).
+    """
+    if len(log) > MOST_ACTIONS:
+        raise InvalidInput(f"tool log: at most {MOST_ACTIONS} actions, not {len(log)}")
+    level: list[Any] = list(log)
+    for _ in range(DEEPEST_LOG):
+        level = [item for value in level for item in _inside(value)]
+    if level:
+        raise InvalidInput(f"tool log: is more than {DEEPEST_LOG} levels deep")
+    try:
+        size = len(json.dumps(list(log), allow_nan=False, ensure_ascii=False).encode())
+    except ValueError as error:
+        raise InvalidInput(f"tool log: holds a number or a text that is none, {error}") from error
+    if size > LARGEST_LOG_BYTES:
+        raise InvalidInput(
+            f"tool log: at most {LARGEST_LOG_BYTES // 2**10} KiB of JSON, not {size / 2**10:.0f}"
+        )
+
+
+def _inside(value: Any) -> list[Any]:
+    if isinstance(value, Mapping):
+        return list(value.values())
+    return value if isinstance(value, list) else []
 
 
 def commit_mask(store: Store, pair_id: int, annotator_id: int, edit: MaskEdit) -> int:
@@ -50,8 +103,7 @@ def commit_mask(store: Store, pair_id: int, annotator_id: int, edit: MaskEdit) -
     Raises:
         NotFound, InvalidInput, Conflict, Locked: as `store.revisions.add_revision`.
     """
-    if len(edit.tool_log) > LARGEST_LOG:
-        raise InvalidInput(f"tool log: at most {LARGEST_LOG} actions, not {len(edit.tool_log)}")
+    check_log(edit.tool_log)
     number = add_revision(
         store,
         pair_id,

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from reviewer.dataset.files import read_rgb
+from reviewer.dataset.pictures import read_picture
 from reviewer.errors import NotFound
 from reviewer.models.interfaces import Image
 from reviewer.pipeline.fields import unpack_flow
@@ -30,9 +30,9 @@ def load_pictures(
     """
     aligned = run is not None and pair_overview(store, run.id, pair.id).aligned
     if picture == "live" and not aligned:
-        return read_rgb(pair.live.path), None
+        return read_picture(pair.live), None
     warped, _ = warped_reference(store, _aligned_run(pair, run), pair)
-    live = read_rgb(pair.live.path)
+    live = read_picture(pair.live)
     return (live, warped) if picture == "live" else (warped, live)
 
 

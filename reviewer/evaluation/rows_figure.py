@@ -16,7 +16,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from reviewer.dataset.files import read_rgb
+from reviewer.dataset.pictures import read_picture
 from reviewer.errors import NotFound
 from reviewer.evaluation.tables import METHOD_TITLE
 from reviewer.masks import Mask, crop_to_box, decode_rle, union
@@ -123,7 +123,7 @@ def _cells(
     revision = truth_of_pair(store, pair.id)
     if revision is None:
         raise NotFound(f"figure F: pair {pair.title} has no ground truth")
-    live, truth, ignore = read_rgb(pair.live.path), decode_rle(revision.mask), revision.ignore()
+    live, truth, ignore = read_picture(pair.live), decode_rle(revision.mask), revision.ignore()
     found = {
         (run.name, method): decode_rle(rle)
         for run in runs
@@ -135,7 +135,7 @@ def _cells(
     corners = (columns.start, rows.start), (columns.stop - 1, rows.stop - 1)
     cv2.rectangle(framed, *corners, (255, 214, 64), 4)
     cells: list[tuple[Image | None, str]] = [
-        (read_rgb(pair.reference.path), ""),
+        (read_picture(pair.reference), ""),
         (framed, ""),
         (overlaid(live, truth, truth, ignore)[rows, columns], ""),
     ]

@@ -24,7 +24,8 @@ from filelock import FileLock, Timeout
 
 from reviewer import __version__
 from reviewer.dataset.files import hash_file
-from reviewer.errors import Conflict, InvalidInput, NotFound
+from reviewer.dataset.pictures import read_bytes
+from reviewer.errors import Conflict, InvalidInput
 from reviewer.export.manifest import pair_entry, write_manifest
 from reviewer.export.selection import Labelled
 from reviewer.records import Image
@@ -227,7 +228,7 @@ def _write_files(work: Path, part: Part, owner: dict[str, str], lock: Lock) -> d
         if not path.resolve().is_relative_to(work):
             raise InvalidInput(f"pair {part.name}: its file {name} would lie outside the export")
         path.parent.mkdir(parents=True, exist_ok=True)
-        data = read_image(content.image) if isinstance(content, Copy) else content
+        data = read_bytes(content.image) if isinstance(content, Copy) else content
         path.write_bytes(data)
         hashes[name] = hashlib.sha256(data).hexdigest()
     return hashes
@@ -242,22 +243,3 @@ def _claim(names: Iterable[str], part: Part, owner: dict[str, str], lock: Lock) 
                     f"pair {part.name}: its file {name} is the one of pair {other}, too; export"
                     " their splits one by one with --split"
                 )
-
-
-def read_image(image: Image) -> bytes:
-    """Return the bytes of an image file.
-
-    Raises:
-        NotFound: when it is gone.
-        InvalidInput: when it is not the one that was imported.
-    """
-    try:
-        data = image.path.read_bytes()
-    except FileNotFoundError as error:
-        raise NotFound(
-            f"{image.path}: is gone, so it cannot be exported; the same command goes on when it is"
-            " back"
-        ) from error
-    if hashlib.sha256(data).hexdigest() != image.sha256:
-        raise InvalidInput(f"{image.path}: is not the image that was imported, its hash differs")
-    return data

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from PIL import Image as PillowImage
 
-from reviewer.dataset.files import read_rgb
+from reviewer.dataset.pictures import read_picture
 from reviewer.masks import Mask, components, decode_rle
 from reviewer.pipeline.stored import live_masks, region_pixels
 from reviewer.records import StoredRegion
@@ -29,7 +29,7 @@ def draw_thumbnail(store: Store, find: Find) -> bytes:
     Raises:
         NotFound: when the image or the region is gone.
     """
-    live = read_rgb(pair_of_id(store, find.pair_id).live.path)
+    live = read_picture(pair_of_id(store, find.pair_id).live)
     mask = _mask(store, find)
     rows, columns = _square(find.box_xyxy, *live.shape[:2])
     part = np.ascontiguousarray(live[rows, columns])

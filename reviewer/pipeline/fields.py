@@ -12,8 +12,8 @@ import zlib
 import cv2
 import numpy as np
 
-from reviewer.dataset.files import read_rgb
 from reviewer.dataset.layers import Packing
+from reviewer.dataset.pictures import read_picture
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask, encode_rle
 from reviewer.models.interfaces import Alignment, Field, Image
@@ -77,7 +77,7 @@ def store_alignment(alignment: Alignment, reference: Image, live: Image) -> Stor
 
 def pack_imported_flow(pair: Pair, flow: Field, believed: Mask) -> StoredAlignment:
     """Return an alignment made elsewhere as it is kept: judged like any other."""
-    reference, live = read_rgb(pair.reference.path), read_rgb(pair.live.path)
+    reference, live = read_picture(pair.reference), read_picture(pair.live)
     valid: Mask = believed & inside(flow, *reference.shape[:2])
     return store_alignment(Alignment(flow, valid), reference, live)
 

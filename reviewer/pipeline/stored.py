@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from reviewer.dataset.files import read_rgb
+from reviewer.dataset.pictures import read_picture
 from reviewer.doi import Choice, Region, compose
 from reviewer.errors import Conflict, NotFound
 from reviewer.masks import Mask, decode_rle, union
@@ -82,5 +82,5 @@ def warped_reference(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask]:
     alignment = load_alignment(store, run.id, pair.id)
     if alignment is None:
         raise NotFound(f"pair {pair.title}: not aligned in run {run.name}; run stage align first")
-    warped = warp_image(read_rgb(pair.reference.path), load_flow(alignment))
+    warped = warp_image(read_picture(pair.reference), load_flow(alignment))
     return warped, decode_rle(alignment.valid)

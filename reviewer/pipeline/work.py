@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reviewer.dataset.files import read_rgb
+from reviewer.dataset.pictures import read_picture
 from reviewer.doi import integrate_crops
 from reviewer.errors import NotFound, ReviewerError
 from reviewer.masks import Mask, crop_of_rle, decode_rle, encode_rle, merge_rles
@@ -119,11 +119,11 @@ class Bench:
 
     @cached_property
     def live(self) -> Image:
-        return read_rgb(self._pair.live.path)
+        return read_picture(self._pair.live)
 
     @cached_property
     def reference(self) -> Image:
-        return read_rgb(self._pair.reference.path)
+        return read_picture(self._pair.reference)
 
     @cached_property
     def _warp(self) -> tuple[Image, Mask]:

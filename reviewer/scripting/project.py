@@ -12,7 +12,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal
 
-from reviewer.dataset.files import read_rgb
+from reviewer.dataset.pictures import read_picture
 from reviewer.errors import NotFound
 from reviewer.masks import Mask, decode_rle
 from reviewer.models.interfaces import Field, Image
@@ -57,11 +57,11 @@ class PairData:
 
     def live(self) -> Image:
         """Return the live image, uint8 RGB (H, W, 3)."""
-        return read_rgb(self.pair.live.path)
+        return read_picture(self.pair.live)
 
     def reference(self) -> Image:
         """Return the reference as it was taken, uint8 RGB (h, w, 3)."""
-        return read_rgb(self.pair.reference.path)
+        return read_picture(self.pair.reference)
 
     def warped(self, run: str) -> tuple[Image, Mask]:
         """Return the reference warped to live, uint8 RGB (H, W, 3), and where it is valid.

@@ -25,6 +25,7 @@ import sqlite_utils
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.masks import Rle
 from reviewer.shipped import shipped_folder
+from reviewer.store.faults import open_file
 
 Result = TypeVar("Result")
 Work = Callable[[sqlite3.Connection], Result]
@@ -46,6 +47,7 @@ class Store:
         Raises:
             NotFound: when the file does not exist and `create` is not set.
             InvalidInput: when the file is not a SQLite database, or a newer one than this code.
+            Unavailable, StorageFull: when it cannot be opened or written.
         """
         self.path = path.resolve()
         if not create and not self.path.exists():
@@ -61,7 +63,12 @@ class Store:
         except sqlite3.DatabaseError as error:
             raise InvalidInput(f"database {path}: {error}") from error
         self._tasks: queue.SimpleQueue[tuple[Work[Any], Future[Any]] | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._write_loop, name="store-writer", daemon=True)
+        self._thread = threading.Thread(
+            target=self._write_loop,
+            args=[self._connect_writer()],
+            name="store-writer",
+            daemon=True,
+        )
         self._thread.start()
 
     @property
@@ -94,14 +101,7 @@ class Store:
         """Return this thread's read-only connection; rows come as `sqlite3.Row`."""
         connection: sqlite3.Connection | None = getattr(self._local, "connection", None)
         if connection is None:
-            connection = sqlite3.connect(
-                f"{self.path.as_uri()}?mode=ro",
-                uri=True,
-                timeout=BUSY_SECONDS,
-                isolation_level=None,
-                check_same_thread=False,  # close() ends the connections of other threads
-            )
-            connection.row_factory = sqlite3.Row
+            connection = open_file(self.path, writes=False, patience=BUSY_SECONDS)
             self._local.connection = connection
             self._keep(connection)
         return connection
@@ -128,10 +128,7 @@ class Store:
         return self.submit(work).result()
 
     def _connect_writer(self) -> sqlite3.Connection:
-        connection = sqlite3.connect(
-            self.path, timeout=BUSY_SECONDS, isolation_level=None, check_same_thread=False
-        )
-        connection.row_factory = sqlite3.Row
+        connection = open_file(self.path, writes=True, patience=BUSY_SECONDS)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
         connection.execute("PRAGMA foreign_keys = ON")
@@ -153,8 +150,7 @@ class Store:
         finally:
             connection.close()
 
-    def _write_loop(self) -> None:
-        connection = self._connect_writer()
+    def _write_loop(self, connection: sqlite3.Connection) -> None:
         while (task := self._tasks.get()) is not None:
             work, future = task
             if not future.set_running_or_notify_cancel():

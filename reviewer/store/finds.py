@@ -12,6 +12,9 @@ from reviewer.errors import NotFound
 from reviewer.geometry import Pose2
 from reviewer.records import Verdict
 from reviewer.store.database import Store, require, utc_now
+from reviewer.texts import clean_text
+
+LONGEST_NAME = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +92,9 @@ def name_finds(store: Store, region_ids: Sequence[int], name: str, annotator_id:
 
     Raises:
         NotFound: when a region does not exist.
+        InvalidInput: when the name is too long, or cannot be read.
     """
+    name = clean_text(name, "name", longest=LONGEST_NAME)
     ids = json.dumps(list(region_ids))
 
     def work(db: sqlite3.Connection) -> None:

@@ -11,6 +11,7 @@ from reviewer.records import ReviewState, Verdict
 from reviewer.store.database import Store, require, utc_now
 from reviewer.store.regions import put_prediction
 from reviewer.store.revisions import insert_revision, newest_row, pair_row
+from reviewer.texts import clean_text
 
 STATES: tuple[ReviewState, ...] = (
     "todo",
@@ -21,27 +22,44 @@ STATES: tuple[ReviewState, ...] = (
 )
 
 
-def annotator_id(store: Store, name: str) -> int:
-    """Return the key of an annotator, adding a new name.
+def known_annotator(store: Store, name: str) -> int:
+    """Return the key of an annotator, 0 (nobody's) for one who has not written anything yet.
 
     Raises:
-        InvalidInput: when the name is blank or longer than 80 characters.
+        InvalidInput: when the name is none (`clean_name`).
     """
-    name = name.strip()
-    if not 1 <= len(name) <= 80:
-        raise InvalidInput(f"annotator name: must have 1 to 80 characters, but has {len(name)}")
-    query = "SELECT id FROM annotators WHERE name = ?"
-    row = store.read().execute(query, [name]).fetchone()
-    if row:
-        return int(row["id"])
+    row = store.read().execute(_PERSON, [clean_name(name)]).fetchone()
+    return int(row["id"]) if row else 0
+
+
+def annotator_id(store: Store, name: str) -> int:
+    """Return the key of an annotator who writes, adding a new name.
+
+    Raises:
+        InvalidInput: when the name is none (`clean_name`).
+    """
+    known = known_annotator(store, name)
+    if known:
+        return known
 
     def work(db: sqlite3.Connection) -> int:
-        db.execute(
-            "INSERT OR IGNORE INTO annotators (name, created_at) VALUES (?, ?)", [name, utc_now()]
-        )
-        return int(db.execute(query, [name]).fetchone()["id"])
+        row = [clean_name(name), utc_now()]
+        db.execute("INSERT OR IGNORE INTO annotators (name, created_at) VALUES (?, ?)", row)
+        return int(db.execute(_PERSON, row[:1]).fetchone()["id"])
 
     return store.write(work)
+
+
+_PERSON = "SELECT id FROM annotators WHERE name = ?"
+
+
+def clean_name(name: str) -> str:
+    """Return an annotator's name as it is kept.
+
+    Raises:
+        InvalidInput: when it is blank, longer than 80 characters, or cannot be read.
+    """
+    return clean_text(name, "annotator name", longest=80, least=1)
 
 
 def review_state(store: Store, pair_id: int, annotator: int) -> ReviewState:

@@ -2,16 +2,18 @@
  * Autosave: every finished action is a change of its own, sent at once and in order, one request at
  * a time, with the revision it started from. What is not acknowledged stays in the journal and is
  * sent again: after an outage, and after a reload. A change that the server refuses parks its pair
- * until somebody decides about it; other pairs go on.
+ * until somebody decides about it; one that the server fails at makes its pair wait, and is sent
+ * again by and by. Other pairs go on in both cases.
  * @typedef {{seq: number, tab: string, id: number, revision: number, width: number, height: number,
  *   counts: string, ignore: string | null, log: object[], seconds: number}} Change
  *   revision: what it was made from, as far as is known; ignore: null keeps the parent's
- * @typedef {"saved" | "saving" | "offline" | "conflict" | "locked" | "refused"} Status
+ * @typedef {"saved" | "saving" | "offline" | "conflict" | "locked" | "refused" | "not saved"} Status
  */
 import { ApiError } from "./api.js";
 
 const PATIENCE_MS = 1500;
 const WAITS = [1000, 2000, 4000, 8000];
+const PAIR_WAITS = [3000, 10_000, 30_000, 60_000];
 /** @type {Record<number, Status>} */
 const REFUSALS = { 409: "conflict", 423: "locked" };
 
@@ -29,6 +31,9 @@ export class Saver {
     this.waiting = [];
     /** @type {Map<number, Status>} pairs that wait for a decision */
     this.parked = new Map();
+    /** @type {Map<number, {timer: any, failures: number, why: string}>} pairs whose change the server
+     * failed at; a pair without a timer is due */
+    this.failing = new Map();
     /** @type {Map<number, number>} newest acknowledged revision of a pair */
     this.newest = new Map();
     this.tab = crypto.getRandomValues(new Uint32Array(2)).join("-");
@@ -63,7 +68,7 @@ export class Saver {
     const change = { ...made, seq, tab: this.tab };
     this.waiting.push(change);
     this.keep(change);
-    if (!this.parked.has(made.id)) this.parts.status("saving", "", made.id);
+    if (!this.held(made.id)) this.parts.status("saving", "", made.id);
     this.pump();
   }
 
@@ -86,10 +91,15 @@ export class Saver {
    * @param {number} id @returns {Promise<boolean>} whether they are */
   async settled(id) {
     const end = performance.now() + PATIENCE_MS;
-    while (this.unsent(id) && !this.parked.has(id) && performance.now() < end) {
+    while (this.unsent(id) && !this.held(id) && performance.now() < end) {
       await new Promise((done) => setTimeout(done, 15));
     }
     return !this.unsent(id);
+  }
+
+  /** Whether a pair's changes are not sent now. @param {number} id */
+  held(id) {
+    return this.parked.has(id) || Boolean(this.failing.get(id)?.timer);
   }
 
   get idle() {
@@ -100,6 +110,8 @@ export class Saver {
    * @param {number} id @param {number | null} revision */
   resolve(id, revision) {
     this.parked.delete(id);
+    this.due(id);
+    this.failing.delete(id);
     const own = this.waiting.filter((change) => change.id === id);
     if (revision === null) {
       this.waiting = this.waiting.filter((change) => change.id !== id);
@@ -115,10 +127,17 @@ export class Saver {
 
   /** Try now what waits for the server to come back. */
   retry() {
-    if (!this.timer) return;
     clearTimeout(this.timer);
     this.timer = 0;
+    for (const id of this.failing.keys()) this.due(id);
     this.pump();
+  }
+
+  /** Let a pair's change be sent again. @param {number} id */
+  due(id) {
+    const failing = this.failing.get(id);
+    clearTimeout(failing?.timer);
+    if (failing) failing.timer = 0;
   }
 
   /** @param {Change} change */
@@ -136,8 +155,8 @@ export class Saver {
 
   async pump() {
     if (this.flying || this.timer) return;
-    const change = this.waiting.find(({ id }) => !this.parked.has(id));
-    if (!change) return;
+    const change = this.waiting.find(({ id }) => !this.held(id));
+    if (!change) return this.tellFailing();
     this.flying = true;
     try {
       const { id, revision, width, height, counts, ignore, log, seconds } = change;
@@ -158,6 +177,8 @@ export class Saver {
   acknowledge(change, revision) {
     this.flying = false;
     this.failures = 0;
+    this.due(change.id);
+    this.failing.delete(change.id);
     this.newest.set(change.id, revision);
     this.waiting = this.waiting.filter((each) => each !== change);
     const next = this.waiting.find(({ id }) => id === change.id);
@@ -170,6 +191,12 @@ export class Saver {
     if (this.idle) this.parts.status("saved", "", change.id);
   }
 
+  /** Say which pair the server fails at, when nothing else is to be sent. */
+  tellFailing() {
+    const [id, failing] = [...this.failing].find(([, { timer }]) => timer) ?? [];
+    if (id && failing) this.parts.status("not saved", `tried again by and by; ${failing.why}`, id);
+  }
+
   /** @param {Change} change @param {unknown} error */
   refuse(change, error) {
     this.flying = false;
@@ -178,6 +205,13 @@ export class Saver {
       const parked = REFUSALS[status] ?? "refused";
       this.parked.set(change.id, parked);
       this.parts.status(parked, /** @type {Error} */ (error).message, change.id);
+      return;
+    }
+    if (status >= 500) {
+      const failures = (this.failing.get(change.id)?.failures ?? 0) + 1;
+      const wait = PAIR_WAITS[Math.min(failures, PAIR_WAITS.length) - 1];
+      const timer = setTimeout(() => { this.due(change.id); this.pump(); }, wait);
+      this.failing.set(change.id, { timer, failures, why: /** @type {Error} */ (error).message });
       return;
     }
     this.parts.status("offline", status === 401 ? "signed out: sign in again in another tab" : "", change.id);

@@ -103,6 +103,14 @@ def test_a_body_that_is_too_large_is_refused_before_it_is_read(stranger):
     assert stranger.post("/sign-in", content=b"x", headers=headers).status_code == 413
 
 
+def test_a_body_whose_length_is_not_told_is_refused(client, tiny_split):
+    headers = {"If-Match": '"1"', "Content-Type": "image/png"}
+    reply = client.put("/api/pairs/1/mask", content=iter([b"x"]), headers=headers)
+    assert reply.status_code == 413 and "Content-Length" in reply.json()["detail"]
+    reply = client.put("/api/pairs/1/mask", headers=headers)
+    assert reply.status_code == 422
+
+
 def test_a_cookie_ends_after_a_month(stranger, access, monkeypatch):
     stranger.cookies.set(access.cookie, access.issue("Ada"))
     assert stranger.get("/api/me").status_code == 200

@@ -88,6 +88,19 @@ def test_a_layer_that_is_not_there_is_told(client, tiny_split):
     assert client.get("/api/pairs/99/layers/live.png").status_code == 404
 
 
+@pytest.mark.parametrize("layer", ["live", "difference"])
+def test_a_replaced_image_is_told_in_its_place(client, run, tiny_split, layer):
+    path = f"/api/pairs/1/layers/{layer}.png"
+    assert client.get(path).status_code == 200
+    tiny_split[0].live.path.write_bytes(tiny_split[1].live.path.read_bytes())
+    reply = client.get(path)
+    assert reply.status_code == 422
+    assert "0000.png: is not the image that was imported" in reply.json()["detail"]
+    click = {"client": "w", "clicks": [{"x": 9, "y": 9}]}
+    reply = client.post("/api/pairs/1/click", json=click)
+    assert reply.status_code == 422 and "0000.png" in reply.json()["detail"]
+
+
 def test_a_layer_is_kept_by_the_browser_only_under_its_version(client, run):
     version = client.get("/api/pairs/1").json()["version"]
     kept = client.get("/api/pairs/1/layers/doi.png", params={"v": version})

@@ -1,11 +1,18 @@
 """Layers as pictures: what people see has the pixels that the pipeline works on."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from PIL import Image as PillowImage
 
 from reviewer.app.pictures import draw_layer
-from reviewer.dataset.files import read_rgb
+from reviewer.dataset.files import hash_file, read_rgb
+
+
+def imported_anew(pair):
+    """The pair as if its live image had been imported as it is now."""
+    return replace(pair, live=replace(pair.live, sha256=hash_file(pair.live.path)))
 
 
 def test_a_png_that_browsers_show_otherwise_is_sent_as_it_is_read(db, tiny_split):
@@ -18,6 +25,7 @@ def test_a_png_that_browsers_show_otherwise_is_sent_as_it_is_read(db, tiny_split
     clear = np.dstack([stored, np.zeros(stored.shape[:2], np.uint8)])
     for array, options in ((stored, {"exif": exif}), (clear, {})):
         PillowImage.fromarray(array).save(path, **options)
+        pair = imported_anew(pair)
         sent = cv2.imdecode(
             np.frombuffer(draw_layer(db, pair, None, "live"), np.uint8), cv2.IMREAD_UNCHANGED
         )

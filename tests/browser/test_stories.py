@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 from viser import transforms
 from workbench import on_live, wait_saved, wait_title, workbench_of
 
@@ -206,6 +207,34 @@ def test_work_done_offline_is_sent_when_the_server_is_back(server, visit):
     masks = [decode_rle(revision.mask) for revision in list_revisions(server.store, 1)]
     assert [bool(mask[90, 40]) for mask in masks] == [False, True, True]
     assert [bool(mask[100, 40]) for mask in masks] == [False, False, True]
+
+
+def test_a_pair_that_the_server_fails_at_waits_and_others_are_saved(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    detail = json.dumps({"status": 507, "detail": "database x: the disk is full; make room"})
+    tried = []
+
+    def fail(route):
+        if route.request.method != "PUT":
+            return route.continue_()
+        tried.append(route.request.post_data)
+        return route.fulfill(status=507, content_type="application/problem+json", body=detail)
+
+    page.context.route("**/api/pairs/1/mask", fail)
+    on_live(frame, page, [(20, 90), (60, 90)])
+    frame.wait_for_selector('#save[data-status="not saved"]')
+    assert "the disk is full; make room" in frame.locator("#save").inner_text()
+    page.keyboard.press("ArrowRight")
+    wait_title(frame, "cs1/0001")
+    on_live(frame, page, [(20, 90), (60, 90)])
+    expect(frame.locator("#facts")).to_contain_text("revision 2")
+    assert mask_of(server, 2)[90, 40] and not mask_of(server, 1)[90, 40]
+    frame.wait_for_selector('#save[data-status="not saved"]')
+    assert tried
+    page.context.unroute("**/api/pairs/1/mask")
+    frame.wait_for_selector('#save[data-status="saved"]', timeout=20_000)
+    assert mask_of(server, 1)[90, 40]
 
 
 def test_a_stranger_at_visers_port_sees_nothing(server, visit, browser):

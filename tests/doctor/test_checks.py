@@ -54,3 +54,17 @@ def test_a_full_disk_is_bad_and_no_database_is_a_note(tmp_path, monkeypatch):
     found = by_subject(check_all(tmp_path / "none.db", deep=False))
     assert found["disk"].verdict == "bad"
     assert found["database"].verdict == "note" and "reviewer import" in found["database"].found
+
+
+def test_a_damaged_page_is_bad_and_names_the_way_out(db):
+    people = [(f"{k} " + "x" * 70,) for k in range(4000)]
+    db.write(lambda c: c.executemany("INSERT INTO annotators VALUES (NULL, ?, 'now')", people))
+    path = db.path
+    db.close()
+    size = path.stat().st_size
+    for place in (0.5, 0.01):  # a page of people, then the pages of the schema
+        with path.open("r+b") as file:
+            file.seek(int(size * place) // 4096 * 4096)
+            file.write(b"\xa5" * 4096 * 8)
+        found = by_subject(check_store(path, deep=False))["database"]
+        assert found.verdict == "bad" and "restore it from a backup" in found.found

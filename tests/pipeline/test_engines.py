@@ -1,5 +1,6 @@
 """Engines do the same work: in a process, in several, on Ray; and what they do when one dies."""
 
+import fcntl
 import os
 import signal
 import sys
@@ -72,10 +73,7 @@ def test_tasks_are_taken_as_there_is_room(tiny_split):
 def test_processes_make_what_one_makes_and_survive_a_pair_that_kills(
     tiny_split, expected, tmp_path
 ):
-    # A named pipe nobody writes to: a worker that opens it waits, and can be killed at that pair.
     victim = tiny_split[1]
-    victim.live.path.unlink()
-    os.mkfifo(victim.live.path)
     engine = Processes(prepared()[0], 2)
     killer = Killer(victim.live.path)
     killer.start()
@@ -110,8 +108,6 @@ def test_ray_makes_what_local_makes_byte_for_byte(db, tiny_split):
 def lost_worker(db, tiny_split):
     """A Ray worker that is killed twice over one pair: the pair is recorded, the others done."""
     victim = tiny_split[0]
-    victim.live.path.unlink()
-    os.mkfifo(victim.live.path)
     killer = Killer(victim.live.path)
     killer.start()
     outcomes = list(RayEngine(prepared()[0], 2, None).outcomes(tasks(tiny_split)))
@@ -127,12 +123,19 @@ def test_an_address_without_a_cluster_is_refused(db, tiny_split):
 
 
 class Killer:
-    """Kills whichever process waits at a named pipe, as the kernel does when memory is short."""
+    """Kills whichever process opens a file, as the kernel does when memory is short.
+
+    A lease on the file makes the kernel hold up everybody who opens it.
+    """
 
     def __init__(self, path: Path):
         import threading
 
-        self.path, self.killed = path, 0
+        self.killed = 0
+        # Who breaks a lease sends its holder a signal that would end this process.
+        self._before = signal.signal(signal.SIGIO, signal.SIG_IGN)
+        self._file = os.open(path, os.O_RDWR)
+        fcntl.fcntl(self._file, fcntl.F_SETLEASE, fcntl.F_WRLCK)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._watch, daemon=True)
 
@@ -142,6 +145,8 @@ class Killer:
     def stop(self):
         self._stop.set()
         self._thread.join()
+        os.close(self._file)
+        signal.signal(signal.SIGIO, self._before)
 
     def _watch(self):
         while not self._stop.wait(0.05):
@@ -150,9 +155,9 @@ class Killer:
                 self.killed += 1
 
     def _waiting(self):
-        """Workers of this test that are inside open() of the pipe: the one call that waits there.
+        """Workers of this test that are inside open() of the file: the one call that waits there.
 
-        Only descendants of this process are looked at: others may wait at pipes of their own.
+        Only descendants of this process are looked at: others may wait for leases of their own.
         """
         processes = {int(e.name): e for e in Path("/proc").iterdir() if e.name.isdigit()}
         return [pid for pid, entry in processes.items() if is_ours(pid) and waits(entry)]
@@ -172,9 +177,9 @@ def is_ours(pid):
 
 
 def waits(entry):
-    """Say whether a thread of a process waits for somebody to open the other end of a pipe."""
+    """Say whether a thread of a process waits for a lease to be given back."""
     try:
         threads = list((entry / "task").iterdir())
-        return any("wait_for_partner" in (thread / "wchan").read_text() for thread in threads)
+        return any("break_lease" in (thread / "wchan").read_text() for thread in threads)
     except OSError:
         return False

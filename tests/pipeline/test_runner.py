@@ -272,3 +272,12 @@ def test_flow_survives_packing_to_a_32nd_of_a_pixel():
     assert inner.max() <= 1 / 32
     with pytest.raises(InvalidInput, match="does not fit an image of 50x50"):
         unpack_flow(pack_flow(flow), 50, 50)
+
+
+def test_a_pair_whose_image_was_replaced_fails_by_name(db, tiny_split, run):
+    path = tiny_split[1].live.path
+    path.write_bytes(tiny_split[0].live.path.read_bytes())
+    report = run_pipeline(db, run, pair_ids(db))
+    assert report.done == 2
+    assert re.search(r"pair cs1/0001, stage align: .*0001\.png: is not the", report.failures[0])
+    assert load_detection(db, run.id, tiny_split[1].id) is None
