@@ -59,6 +59,12 @@ def m007_reasons(db: Database) -> None:
     _run(db, "m007_reasons")
 
 
+@migrations()
+def m011_skips(db: Database) -> None:
+    """Let verdicts be taken back, detections be doubted, and pairs be skipped as badly aligned."""
+    _run(db, "m011_skips")
+
+
 def _run(db: Database, name: str) -> None:
     script = (SCRIPTS / f"{name}.sql").read_text(encoding="utf-8")
     mask = (SCRIPTS / "mask_columns.sql").read_text(encoding="utf-8").rstrip()

@@ -225,6 +225,12 @@ class PairDetail(Message):
     scores: dict[str, ScoreInfo]
 
 
+class JudgedPair(PairDetail):
+    """A pair after a verdict, and the verdict's key, by which it can be taken back."""
+
+    audit: int
+
+
 class RleMask(Message):
     """A mask as COCO compressed run-lengths."""
 
@@ -341,6 +347,12 @@ class VerdictChange(Message):
     verdict: Verdict
     reason: Annotated[str, Field(max_length=80)] = ""
     comment: Annotated[str, Field(max_length=2000)] = ""
+
+
+class StandingChange(Message):
+    """Whether a verdict stands, or is taken back."""
+
+    stands: bool
 
 
 class RevisionInfo(Message):

@@ -37,11 +37,12 @@ class StoredAlignment:
 
 @dataclass(frozen=True, slots=True)
 class StoredDetection:
-    """M_o, and the probability map as a grey PNG where there is one."""
+    """M_o, the probability map as a grey PNG where there is one, and why it is doubted or ""."""
 
     probability_png: bytes | None
     threshold: float
     mask: Rle
+    doubt: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +114,14 @@ def put_detection(
 ) -> None:
     """Write M_o."""
     mask = mask_columns(detection.mask)
-    values = [run_id, pair_id, detection.probability_png, detection.threshold, *mask]
+    values = [
+        run_id,
+        pair_id,
+        detection.probability_png,
+        detection.threshold,
+        *mask,
+        detection.doubt,
+    ]
     db.execute(f"INSERT OR REPLACE INTO detections VALUES ({_marks(values)})", values)
 
 
@@ -126,7 +134,7 @@ def load_detection(store: Store, run_id: int, pair_id: int) -> StoredDetection |
     )
     if row is None:
         return None
-    return StoredDetection(row["probability"], row["threshold"], rle_of_row(row))
+    return StoredDetection(row["probability"], row["threshold"], rle_of_row(row), row["doubt"])
 
 
 def put_labels(

@@ -62,9 +62,9 @@ def list_doubtful(
     Opinions: "first" are regions that nobody judged, "second" those that others judged, and the
     annotator did not.
     """
-    judged = "EXISTS (SELECT 1 FROM audits a WHERE a.region_id = g.id AND a.annotator_id {} :me)"
+    judged = "EXISTS (SELECT 1 FROM opinions a WHERE a.region_id = g.id AND a.annotator_id {} :me)"
     waits = (
-        "NOT EXISTS (SELECT 1 FROM audits a WHERE a.region_id = g.id)"
+        "NOT EXISTS (SELECT 1 FROM opinions a WHERE a.region_id = g.id)"
         if opinion == "first"
         else f"{judged.format('<>')} AND NOT {judged.format('=')}"
     )
