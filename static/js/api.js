@@ -90,6 +90,8 @@ export const api = {
   label: (id, run, number, label) => call(`/api/pairs/${id}/labels/${number}`, send("PUT", { run, label })),
   /** @param {number} region @param {string} verdict @param {{reason: string, comment: string}} why */
   audit: (region, verdict, why) => call(`/api/regions/${region}/audit`, send("POST", { verdict, ...why })),
+  /** @param {number} audit @param {boolean} stands false takes the verdict back */
+  standing: (audit, stands) => call(`/api/audits/${audit}`, send("PUT", { stands })),
   /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer
    * @param {boolean} [judged] with people's verdicts */
   layerUrl: (pair, layer, judged = true) => {

@@ -29,6 +29,14 @@ export class AuditWalk {
     return this.stops[place];
   }
 
+  /** Go to a region that the walk has. @param {number} region @returns {Stop | null} */
+  find(region) {
+    const place = this.stops.findIndex((stop) => stop.region === region);
+    if (place < 0) return null;
+    this.place = place;
+    return this.stops[place];
+  }
+
   /** "3 of 120", and why this one comes here @returns {string} */
   get progress() {
     const stop = this.stops[this.place];

@@ -97,11 +97,19 @@ export function waiting(text) {
 }
 
 let noticeTimer = 0;
-/** @param {string} text @param {boolean} [bad] */
-export function notice(text, bad = false) {
-  $("notice").textContent = text;
+/** @param {string} text @param {boolean} [bad]
+ * @param {{title: string, act: () => unknown}} [offer] what a button beside the text does */
+export function notice(text, bad = false, offer) {
+  const hide = () => { $("notice").hidden = true; };
+  $("notice").replaceChildren(text);
+  if (offer) {
+    const button = document.createElement("button");
+    button.textContent = offer.title;
+    button.onclick = () => { hide(); offer.act(); };
+    $("notice").append(button);
+  }
   $("notice").dataset.kind = bad ? "bad" : "";
   $("notice").hidden = false;
   clearTimeout(noticeTimer);
-  noticeTimer = window.setTimeout(() => { $("notice").hidden = true; }, bad ? 8000 : 3500);
+  noticeTimer = window.setTimeout(hide, bad || offer ? 8000 : 3500);
 }

@@ -22,6 +22,10 @@ export class Modes {
     this.walk = new AuditWalk();
     /** @type {Promise<unknown>} the way to a region in doubt */
     this.moving = Promise.resolve();
+    /** The region judged last, which the walk has left: where undo goes back to, as long as nothing
+     * was done on the pair that came next.
+     * @type {{region: number, history: import("./history.js").History, length: number} | null} */
+    this.left = null;
   }
 
   /** @param {string} mode */
@@ -65,11 +69,41 @@ export class Modes {
     if (!this.parts.next(by)) this.parts.notice("The server cannot be reached just now.", true);
   }
 
+  /** Give a verdict on the selected region; the audit walks on. @param {string} verdict */
+  async judge(verdict) {
+    const { desk, state } = this;
+    await this.arrived();
+    const { region } = state;
+    if (!await desk.verdicts.give(verdict) || !region || state.mode !== "audit") return;
+    await this.step(1);
+    this.left = { region: region.id, history: desk.history, length: desk.history.done.length };
+  }
+
+  /** Undo what was done last: in the audit that may be a verdict on a pair that the walk has left. */
+  async takeBack() {
+    const { desk, state, walk } = this;
+    await this.arrived();
+    const { left } = this;
+    const walked = state.mode === "audit";
+    const untouched = left?.history === desk.history && left.length === desk.history.done.length;
+    const back = walked && left && untouched ? walk.find(left.region) : null;
+    this.left = null;
+    if (back) await this.show(back);
+    const entry = await desk.step("undo");
+    const again = walked && entry && "audit" in entry ? walk.find(entry.region) : null;
+    if (again) await this.show(again);
+  }
+
   /** Go to the next region in doubt, on whichever pair. @param {1 | -1} by */
   async walkOn(by) {
+    const stop = this.walk.step(by);
+    if (stop) return this.show(stop);
+    this.parts.notice(by > 0 ? "This was the last region in doubt." : "This is the first region of the walk.");
+  }
+
+  /** Show a region of the walk. @param {import("./audit_walk.js").Stop} stop */
+  async show(stop) {
     const { walk, state, side, parts } = this;
-    const stop = walk.step(by);
-    if (!stop) return parts.notice(by > 0 ? "This was the last region in doubt." : "This is the first region of the walk.");
     $("walk").textContent = walk.progress;
     if (stop.pair !== state.pair?.id) await parts.open(stop.pair, walk.run);
     await side.load();
