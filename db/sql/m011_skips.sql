@@ -13,6 +13,12 @@ INSERT INTO detections SELECT run_id, pair_id, probability, threshold, height, w
 DROP TABLE old_detections;
 CREATE INDEX detections_pair ON detections (pair_id);
 
+-- Older results are judged by what was kept of them, as new ones are (reviewer.pipeline.judging).
+UPDATE detections SET doubt = printf('%.0f%% of the picture is called changed',
+    100.0 * area / (height * width)) WHERE area > 0.15 * height * width;
+UPDATE alignments SET doubt = trim(doubt || printf('; forward-backward error %.1f px', backward_px),
+    '; ') WHERE backward_px > 1 AND instr(doubt, 'forward-backward') = 0;
+
 CREATE TABLE withdrawals (  -- verdicts that were taken back, or given again; append-only
     id INTEGER PRIMARY KEY,  -- key
     audit_id INTEGER NOT NULL REFERENCES audits (id) ON DELETE CASCADE,  -- the verdict

@@ -9,6 +9,7 @@ from reviewer.app.messages import (
     PairDetail,
     RegionInfo,
     ScoreInfo,
+    SkipInfo,
 )
 from reviewer.evaluation.outcomes import f_by_outcome, refresh_terms
 from reviewer.metrics import Counts, f_score, precision, recall
@@ -16,13 +17,14 @@ from reviewer.models.registry import segmenter_reads
 from reviewer.records import Run, StoredRegion
 from reviewer.store import runs
 from reviewer.store.database import Store
-from reviewer.store.layers import load_alignment, load_labels
+from reviewer.store.layers import load_alignment, load_labels, pair_doubt
 from reviewer.store.overview import pair_overview
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.regions import load_regions
 from reviewer.store.reviews import review_state
 from reviewer.store.revisions import newest_revision
 from reviewer.store.scores import pair_counts
+from reviewer.store.skips import skip_of_pair
 
 
 def choose_run(store: Store, name: str | None) -> Run | None:
@@ -46,6 +48,7 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
     counts: dict[str, Counts] = {}
     f_if: dict[int, dict[str, float]] = {}
     seen = None
+    skip = skip_of_pair(store, pair_id)
     if run is not None:
         seen = pair_overview(store, run.id, pair_id)
         layers += ["warped", "difference"] if seen.aligned else []
@@ -67,10 +70,12 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         live=pair.live.path.name,
         viewpoint_distance=pair.viewpoint_distance,
         revision=revision.number if revision else 0,
-        state=review_state(store, pair_id, annotator_id),
+        state="skipped" if skip else review_state(store, pair_id, annotator_id),
         run=run.name if run else None,
         layers=layers,
         version=seen.version if seen else "0",
+        doubt=pair_doubt(store, run.id, pair_id) if run else "",
+        skip=SkipInfo(annotator=skip.annotator, reason=skip.reason) if skip else None,
         alignment=_alignment_info(store, run, pair_id) if run else None,
         labels=_label_infos(store, run, pair_id) if run else [],
         reads_labels=run is not None and "labels" in segmenter_reads(run.segmenter),

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from reviewer.editing.proposals import Source
 from reviewer.records import ReviewState, Verdict
 from reviewer.store.queue import Order
+from reviewer.store.skips import BADLY_ALIGNED, PairState
 from reviewer.store.walk import Opinion, WalkOrder
 
 LayerName = Literal[
@@ -78,7 +79,7 @@ class PairSummary(Message):
     id: int
     split: str
     name: str
-    state: ReviewState
+    state: PairState
     revision: int
     truth_px: int | None
     change_px: int | None
@@ -202,6 +203,21 @@ class LabelChange(Message):
     label: Annotated[str, Field(max_length=4000)]
 
 
+class SkipInfo(Message):
+    """Who skipped a pair, and why."""
+
+    annotator: str
+    reason: str
+
+
+class SkipChange(Message):
+    """Skip a pair, its regions in this run (null: the newest) rejected; or take it up again."""
+
+    skipped: bool = True
+    run: str | None = None
+    reason: Annotated[str, Field(min_length=1, max_length=80)] = BADLY_ALIGNED
+
+
 class PairDetail(Message):
     """Everything the workbench needs to open a pair, but pixels."""
 
@@ -214,10 +230,12 @@ class PairDetail(Message):
     live: str
     viewpoint_distance: float | None
     revision: int
-    state: ReviewState
+    state: PairState
     run: str | None
     layers: list[LayerName]
     version: str
+    doubt: str
+    skip: SkipInfo | None
     alignment: AlignmentInfo | None
     labels: list[LabelInfo]
     reads_labels: bool
@@ -371,7 +389,7 @@ class QueueQuery(Message):
     """Filters and order of the queue."""
 
     split: str | None = None
-    state: ReviewState | None = None
+    state: PairState | None = None
     order: Order = "name"
     run: str | None = None
     limit: Annotated[int, Field(ge=1, le=5000)] = 100

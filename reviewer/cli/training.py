@@ -263,9 +263,11 @@ def _train_on_truth(
     from reviewer.crossfit.folds import Pasting, fold_data, write_truth
     from reviewer.export.folds import make_folds
     from reviewer.export.selection import Selection, select_labelled
+    from reviewer.export.skipped import leave_out_skipped
     from reviewer.pipeline.runner import prepare_run
     from reviewer.pipeline.settings import IMPORTED, PipelineSettings
     from reviewer.store.runs import list_runs, run_or_newest
+    from reviewer.store.skips import skipped_line
 
     settings, folder = order.settings, order.folder(store)
     names = [run.name for run in list_runs(store)]
@@ -276,7 +278,8 @@ def _train_on_truth(
     found = replace(known, detector=IMPORTED, threshold=settings.threshold, model_settings=models)
     if order.title in names:
         prepare_run(store, order.title, found)  # another run of that name is told now, not then
-    selection = Selection(splits=tuple(order.splits), states=folding.states)
+    wanted = Selection(splits=tuple(order.splits), states=folding.states)
+    selection = leave_out_skipped(store, wanted)
     labelled, without = select_labelled(store, selection)
     folds = make_folds(store, [item.pair for item in labelled], folding.by, folding.parts)
     files = write_truth(store, labelled, folder / "truth", selection, warper)
@@ -286,6 +289,8 @@ def _train_on_truth(
         f"{len(labelled)} pairs with ground truth ({len(without)} without), warped by"
         f" {warper.name}; folds by {folding.by}: {', '.join(fold.name for fold in folds)}"
     )
+    if selection.skipped:
+        typer.echo(f"left out: {skipped_line(len(selection.skipped))}")
     for fold in folds:
         past = [{pair.reference.sha256 for pair in pairs} for pairs in (fold.train, fold.test)]
         if past[0] & past[1]:

@@ -29,6 +29,7 @@ from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.runs import list_runs
 from reviewer.store.scores import pair_scores
+from reviewer.store.skips import count_skips, skipped_line
 
 STEPS = 101
 TELLING = 8
@@ -67,7 +68,10 @@ def report_page(
     runs = [each for each in list_runs(store) if any(line.run == each.name for line in lines)]
     told("objects and borders")
     shapes = shape_rows(store, run)
-    parts = [_head(lines, protocol), "<h2>Mean F</h2>", _table(table_a_rows(lines))]
+    parts = [_head(lines, protocol)]
+    if skipped := count_skips(store):
+        parts.append(f'<p class="soft">Left out: {skipped_line(skipped)}.</p>')
+    parts += ["<h2>Mean F</h2>", _table(table_a_rows(lines))]
     parts += ["<h2>By split</h2>", _picture(lambda file: draw_splits(lines, file), "F by split")]
     parts.append(f"<details><summary>numbers</summary>{_lines_table(lines)}</details>")
     parts += [

@@ -6,10 +6,12 @@ it), so that the two never disagree.
 
 from __future__ import annotations
 
+import json
 import sqlite3
-from collections.abc import Iterable, Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from reviewer.errors import NotFound
 from reviewer.masks import Rle
 from reviewer.records import Verdict
 from reviewer.store.database import Store, require, utc_now
@@ -34,25 +36,32 @@ def audit_of_id(store: Store, audit_id: int) -> Audit:
     Raises:
         NotFound: when it does not exist.
     """
-    row = require(
-        store.read()
-        .execute(
-            "SELECT a.id, a.region_id, g.run_id, g.pair_id, a.annotator_id,"
-            " EXISTS (SELECT 1 FROM standing_audits s WHERE s.id = a.id) AS stands"
-            " FROM audits a JOIN regions g ON g.id = a.region_id WHERE a.id = ?",
-            [audit_id],
+    found = audits_of_ids(store, [audit_id])
+    if not found:
+        raise NotFound(f"verdict {audit_id}: does not exist")
+    return found[0]
+
+
+def audits_of_ids(store: Store, audits: Sequence[int]) -> list[Audit]:
+    """Return those of the verdicts that exist, by key."""
+    rows = store.read().execute(
+        "SELECT a.id, a.region_id, g.run_id, g.pair_id, a.annotator_id,"
+        " EXISTS (SELECT 1 FROM standing_audits s WHERE s.id = a.id) AS stands"
+        " FROM audits a JOIN regions g ON g.id = a.region_id"
+        " WHERE a.id IN (SELECT value FROM json_each(?)) ORDER BY a.id",
+        [json.dumps(list(audits))],
+    )
+    return [
+        Audit(
+            row["id"],
+            row["region_id"],
+            row["run_id"],
+            row["pair_id"],
+            row["annotator_id"],
+            bool(row["stands"]),
         )
-        .fetchone(),
-        f"verdict {audit_id}: does not exist",
-    )
-    return Audit(
-        row["id"],
-        row["region_id"],
-        row["run_id"],
-        row["pair_id"],
-        row["annotator_id"],
-        bool(row["stands"]),
-    )
+        for row in rows
+    ]
 
 
 def add_audit(
@@ -83,27 +92,18 @@ def add_audit(
     return store.write(work)
 
 
-def verdicts_if(
-    store: Store, audits: Iterable[int], *, stands: bool
-) -> Mapping[int, Verdict | None]:
+def verdicts_if(store: Store, audits: Sequence[int], *, stands: bool) -> dict[int, Verdict | None]:
     """Return the verdict that each region of these would have if they stood, or did not."""
-    found: dict[int, Verdict | None] = {}
-    ids = list(audits)
-    marks = ", ".join("?" * len(ids))
-    standing = (
-        f"(b.id IN ({marks}) OR b.id IN (SELECT id FROM standing_audits))"
-        if stands
-        else f"b.id IN (SELECT id FROM standing_audits) AND b.id NOT IN ({marks})"
-    )
     rows = store.read().execute(
-        f"SELECT DISTINCT a.region_id, (SELECT b.verdict FROM audits b"
-        f" WHERE b.region_id = a.region_id AND {standing} ORDER BY b.id DESC LIMIT 1) AS verdict"
-        f" FROM audits a WHERE a.id IN ({marks})",
-        [*ids, *ids],
+        "WITH these AS (SELECT value AS id FROM json_each(:ids))"
+        " SELECT DISTINCT a.region_id, (SELECT b.verdict FROM audits b"
+        " WHERE b.region_id = a.region_id AND CASE WHEN b.id IN these THEN :stands"
+        " ELSE EXISTS (SELECT 1 FROM standing_audits s WHERE s.id = b.id) END"
+        " ORDER BY b.id DESC LIMIT 1) AS verdict"
+        " FROM audits a WHERE a.id IN these",
+        {"ids": json.dumps(list(audits)), "stands": int(stands)},
     )
-    for row in rows:
-        found[row["region_id"]] = row["verdict"]
-    return found
+    return {row["region_id"]: row["verdict"] for row in rows}
 
 
 def insert_audit(
@@ -125,7 +125,7 @@ def insert_audit(
 
 
 def insert_withdrawals(
-    db: sqlite3.Connection, audits: Iterable[int], annotator: int, *, withdrawn: bool
+    db: sqlite3.Connection, audits: Sequence[int], annotator: int, *, withdrawn: bool
 ) -> None:
     """Note inside a transaction of the writer that verdicts are taken back, or given again."""
     db.executemany(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from reviewer.store.database import Store
+from reviewer.store.skips import NOT_SKIPPED
 
 WalkOrder = Literal["threshold", "loss", "disagreement"]
 Opinion = Literal["first", "second"]
@@ -79,7 +80,7 @@ def list_doubtful(
                 t.annotator_id IS NOT NULL AS drawn
             FROM regions g JOIN pairs p ON p.id = g.pair_id JOIN splits s ON s.id = p.split_id
             LEFT JOIN ground_truth t ON t.pair_id = g.pair_id
-            WHERE g.run_id = :run AND {waits}
+            WHERE g.run_id = :run AND g.{NOT_SKIPPED} AND {waits}
         ), weighed AS (SELECT *, wrong_px - flipped_px AS gain_px FROM waiting)
         SELECT id, pair_id, split, pair, doi, gain_px, opposed FROM weighed
         ORDER BY {ORDERS[order]}, id LIMIT :limit
