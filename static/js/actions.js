@@ -115,7 +115,8 @@ export function actionsOf(parts) {
     submit: () => modes.submit(),
     approve: () => desk.setState("approved"),
     empty: () => { if (!state.locked) return desk.setState("confirmed_empty"); },
-    reopen: () => desk.setState("in_progress"),
+    skip: () => modes.skip(),
+    reopen: () => state.pair?.state === "skipped" ? modes.takeUp(state.pair.id) : desk.setState("in_progress"),
     next: () => modes.step(1),
     previous: () => modes.step(-1),
     side: () => {

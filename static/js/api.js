@@ -50,6 +50,8 @@ export const api = {
   putState: (id, state, revision, seconds) =>
     call(`/api/pairs/${id}/state`, send("PUT", { state, active_seconds: Math.round(seconds * 10) / 10 },
       revision === null ? {} : { "If-Match": `"${revision}"` })),
+  /** @param {number} id @param {string | null} run whose regions are rejected @param {boolean} skipped */
+  skip: (id, run, skipped) => call(`/api/pairs/${id}/skip`, send("PUT", { run, skipped })),
   me: () => call("/api/me"),
   /** @param {number} id */
   revisions: (id) => call(`/api/pairs/${id}/revisions`),

@@ -12,6 +12,7 @@ const STATES = {
   submitted: "submitted",
   approved: "approved",
   confirmed_empty: "confirmed empty",
+  skipped: "skipped",
 };
 export const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
 
@@ -53,8 +54,9 @@ export function showHeader(state) {
   $("state").textContent = STATES[pair.state];
   $("state").dataset.state = pair.state;
   $("run").value = state.run ?? "";
+  $("skip").hidden = !pair.doubt;
   for (const [action, off] of Object.entries({ submit: state.locked && !state.reviewing, empty: state.locked,
-    approve: pair.state === "approved", reopen: !state.locked, take: state.locked || state.blind })) {
+    approve: ["approved", "skipped"].includes(pair.state), skip: state.locked, reopen: !state.locked, take: state.locked || state.blind })) {
     for (const button of document.querySelectorAll(`button[data-action="${action}"]`)) {
       /** @type {HTMLButtonElement} */ (button).disabled = off;
     }
@@ -67,7 +69,8 @@ export function showFacts(state) {
   if (!pair) return;
   const facts = [`${pair.width}×${pair.height}`, `mask ${area.mask} px`, `revision ${state.revision}`];
   if (area.ignore) facts.splice(2, 0, `ill-posed ${area.ignore} px`);
-  if (pair.alignment) facts.push(alignmentFact(pair.alignment));
+  if (pair.doubt) facts.push(`⚠ in doubt: ${pair.doubt}`);
+  else if (pair.alignment) facts.push(alignmentFact(pair.alignment));
   const { candidate } = state;
   if (candidate?.count) facts.unshift(`candidate ${candidate.index + 1} of ${candidate.count}, score ${candidate.score.toFixed(2)}`);
   $("facts").textContent = facts.join("   ·   ");
@@ -81,7 +84,7 @@ function alignmentFact(found) {
   const parts = [`warp ${Math.round(found.valid_fraction * 100)} % valid`,
     `difference ${found.residual_before.toFixed(1)} → ${found.residual_after.toFixed(1)}`];
   if (found.backward_px !== null) parts.push(`there and back ${found.backward_px.toFixed(1)} px`);
-  return found.doubt ? `⚠ badly aligned: ${found.doubt}` : parts.join(", ");
+  return parts.join(", ");
 }
 
 /** @param {string} status @param {string} detail */

@@ -67,6 +67,7 @@ export const KEYS = [
   { key: "Enter", action: "submit", title: "Finish the outline or candidate; else submit, and open the next pair", group: "Pair" },
   { key: "a", action: "approve", title: "Approve", group: "Pair" },
   { key: "0", action: "empty", title: "Confirm empty: no change", group: "Pair" },
+  { key: "Shift+j", action: "skip", title: "Badly aligned: reject all of its regions, and skip the pair", group: "Pair" },
   { key: "o", action: "reopen", title: "Reopen a finished pair", group: "Pair" },
   { key: "ArrowRight", action: "next", title: "Next pair (audit: next region)", group: "Pair" },
   { key: "ArrowLeft", action: "previous", title: "Previous pair (audit: previous region)", group: "Pair" },

@@ -21,6 +21,16 @@ export const LAYERS = {
   ignore: { title: "Ill-posed alone", base: "", mask: "ignore" },
 };
 
+/** What a pane says of a pair in doubt: where the warp, or what followed from it, is shown.
+ * @param {string} wanted the layer that the pane is set to @param {string} shown
+ * @param {string} doubt @returns {string} "" for nothing */
+export function doubtOf(wanted, shown, doubt) {
+  if (!doubt) return "";
+  if (wanted !== shown) return `Reference as taken: the warp is in doubt, ${doubt}`;
+  const { base, machine } = LAYERS[shown];
+  return machine || base === "warped" || base === "difference" ? `In doubt: ${doubt}` : "";
+}
+
 /** Which picture a click in a pane of this layer means. @param {Layer} layer */
 export function pictureOf(layer) {
   if (layer.base === "reference") return "raw reference";

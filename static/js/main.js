@@ -59,7 +59,7 @@ const panes = new Panes($("panes"), choosePane, () => { if (state.fitted) fitAll
 const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pair, layer, !state.second) : "";
 const view = new View(state, panes, masks, pictures, url);
 const modes = new Modes(state, desk, side, { open, settings, notice, shown: (action) => keymap.shown(action),
-  reveal: () => state.reveal(localStorage, person), redraw: () => showPair(false),
+  reveal: () => state.reveal(localStorage, person), attempt, redraw: () => showPair(false),
   next: (by) => { clearTimeout(showing); return socket.send({ type: "step", by }); } });
 const actions = actionsOf({ state, desk, side, modes, pressAt, settings, redraw: () => view.ask(), fitAll,
   fitProposal: () => showSelected(true), notice,
@@ -263,7 +263,7 @@ async function loadAhead(id) {
 
 /** @param {number} index @param {string} layer */
 function choosePane(index, layer) {
-  state.layers[index] = layer;
+  state.showLayer(index, layer);
   settings();
 }
 
@@ -291,7 +291,7 @@ function act(action, down = true) {
 }
 
 /** @param {number} index which pane */
-const pictureIn = (index) => pictureOf(LAYERS[state.layers[index]]);
+const pictureIn = (index) => pictureOf(LAYERS[state.shownLayers[index]]);
 
 for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "brightness", "contrast"])) {
   $(name).oninput = () => { state[name] = Number($(name).value); settings(); };

@@ -2,10 +2,12 @@
  * How a person works through the pairs: correct, blind first, audit. What "submit" and "next" mean
  * in each.
  * @typedef {{open: (id: number, run: string | null) => Promise<void>, settings: () => void,
- *   notice: (text: string, bad?: boolean) => void, shown: (action: string) => string,
+ *   notice: (text: string, bad?: boolean, offer?: {title: string, act: () => unknown}) => void,
+ *   attempt: (work: unknown) => void, shown: (action: string) => string,
  *   reveal: () => void, redraw: () => void, next: (by: 1 | -1) => boolean}} Parts
  *   next: ask for the pair after or before, false when the server cannot be reached
  */
+import { api } from "./api.js";
 import { AuditWalk } from "./audit_walk.js";
 import { $, waiting } from "./chrome.js";
 
@@ -61,6 +63,33 @@ export class Modes {
     if (!count) return this.step(1);
     parts.notice(`${count} disagreement${count > 1 ? "s" : ""} with the prediction. `
       + `Look; reopen (${parts.shown("reopen").toUpperCase()}) to change the mask.`);
+  }
+
+  /** The pair cannot be compared: skip it, and go on; the notice offers the way back. */
+  async skip() {
+    const { desk, state, walk, parts } = this;
+    const { pair } = state;
+    if (!pair || !desk.editable) return;
+    desk.finish();
+    await desk.verdicts.settled();
+    const fresh = await api.skip(pair.id, pair.run, true);
+    desk.accept(fresh);
+    desk.on.changed();
+    walk.leave(pair.id);
+    await this.step(1);
+    const count = fresh.regions.length;
+    const rejected = count ? `: ${count} region${count > 1 ? "s" : ""} rejected` : "";
+    parts.notice(`${pair.split}/${pair.name} is skipped as badly aligned${rejected}.`, false,
+      { title: "Undo", act: () => parts.attempt(this.takeUp(pair.id)) });
+  }
+
+  /** Take a skipped pair up again. @param {number} id */
+  async takeUp(id) {
+    const { desk, state, parts } = this;
+    const fresh = await api.skip(id, state.run, false);
+    if (state.pair?.id === id) desk.accept(fresh);
+    else await parts.open(id, state.run);
+    desk.on.changed();
   }
 
   /** @param {1 | -1} by */
