@@ -102,7 +102,7 @@ def count(views: Iterator[Views], aligner_name: str) -> dict[str, Any]:
             back.append(alignment.backward_px)
         shares.append(found.mask.area / live[..., 0].size)
     measures = {"reaches": "reach", "forward-backward": "there and back", "larger": "worse picture",
-                "left over": "left over", "called changed": "changed"}  # fmt: skip
+                "still differs": "left over", "called changed": "changed"}  # fmt: skip
     by = Counter(
         title for doubt in doubts.values() for word, title in measures.items() if word in doubt
     )

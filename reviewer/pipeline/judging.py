@@ -74,7 +74,7 @@ def judge(alignment: Alignment, reference: Image, warped: Image, live: Image) ->
         doubts.append(f"leaves a larger difference ({after:.1f}) than no alignment ({before:.1f})")
     left = _left_over(warped, live, alignment.valid)
     if left > MOST_LEFT:
-        doubts.append(f"{left:.0%} of the contrast is left over of half of the view")
+        doubts.append(f"half of the view still differs by {left:.0%} of its contrast")
     return Judgement(before, after, backward_px, "; ".join(doubts))
 
 

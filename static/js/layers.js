@@ -26,9 +26,11 @@ export const LAYERS = {
  * @param {string} doubt @returns {string} "" for nothing */
 export function doubtOf(wanted, shown, doubt) {
   if (!doubt) return "";
-  if (wanted !== shown) return `Reference as taken: the warp is in doubt, ${doubt}`;
+  const [first, ...more] = doubt.split("; ");
+  const reasons = first + (more.length ? `, and ${more.length} more reason${more.length > 1 ? "s" : ""}` : "");
+  if (wanted !== shown) return `Reference as taken: the warp is in doubt (${reasons})`;
   const { base, machine } = LAYERS[shown];
-  return machine || base === "warped" || base === "difference" ? `In doubt: ${doubt}` : "";
+  return machine || base === "warped" || base === "difference" ? `In doubt: ${reasons}` : "";
 }
 
 /** Which picture a click in a pane of this layer means. @param {Layer} layer */

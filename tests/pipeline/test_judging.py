@@ -81,7 +81,7 @@ def test_a_there_and_back_of_just_over_a_pixel_is_a_doubt_and_of_half_a_pixel_no
 def test_what_is_left_over_is_measured_by_the_contrast_of_the_picture():
     other = np.kron(textured(4), np.ones((2, 2, 1), np.uint8))
     found = judged(Alignment(constant(0, 0), ALL), other)
-    assert "is left over of half of the view" in found.doubt
+    assert "half of the view still differs by" in found.doubt
     # Light that changed, noise, and a large new thing are no misalignment.
     live = np.clip(REFERENCE * 1.2 + np.random.default_rng(0).normal(0, 3, REFERENCE.shape), 0, 255)
     live[:, :120] = 255
