@@ -46,7 +46,7 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
     layers: list[LayerName] = ["reference", "live"]
     regions: list[StoredRegion] = []
     counts: dict[str, Counts] = {}
-    f_if: dict[int, dict[str, float]] = {}
+    f_if: dict[int, dict[str, float | None]] = {}
     seen = None
     skip = skip_of_pair(store, pair_id)
     if run is not None:
@@ -113,7 +113,7 @@ def _label_infos(store: Store, run: Run, pair_id: int) -> list[LabelInfo]:
 
 def _f_if(
     store: Store, run: Run, pair_id: int, regions: list[StoredRegion], counts: dict[str, Counts]
-) -> dict[int, dict[str, float]]:
+) -> dict[int, dict[str, float | None]]:
     now = counts.get("audited") or counts.get("doi")
     if now is None:
         return {}
@@ -122,7 +122,7 @@ def _f_if(
     return f_by_outcome(store, run, pair_id, outcomes, now)
 
 
-def region_info(stored: StoredRegion, f_if: dict[str, float]) -> RegionInfo:
+def region_info(stored: StoredRegion, f_if: dict[str, float | None]) -> RegionInfo:
     """Return a region as the API shows it."""
     region = stored.region
     return RegionInfo(

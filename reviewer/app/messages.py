@@ -98,7 +98,7 @@ class PairPage(Message):
 
 class RegionInfo(Message):
     """A region under DoI: the terms of the equation, the decision, the newest verdict; and F of the
-    pair by what becomes of this region, where there is ground truth."""
+    pair by what becomes of this region, where there is ground truth (null: rightly empty)."""
 
     id: int
     number: int
@@ -112,7 +112,7 @@ class RegionInfo(Message):
     reason: str
     box_xyxy: tuple[int, int, int, int] | None
     has_object: bool
-    f_if: dict[str, float]
+    f_if: dict[str, float | None]
     verdict: Verdict | None
     audited_by: str | None
     verdict_reason: str

@@ -15,7 +15,7 @@ from reviewer.errors import ReviewerError
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.protocols import Empty, Group, Kind, Protocol, protocol_lines
 from reviewer.evaluation.report import report_page
-from reviewer.evaluation.tables import MEAN, short_row, table_a_rows
+from reviewer.evaluation.tables import DASH, MEAN, short_row, table_a_rows
 from reviewer.store.scores import pair_scores
 
 KINDS: dict[str, Kind] = {
@@ -108,6 +108,8 @@ def _table(rows: list[dict[str, Any]]) -> str:
 
 
 def _short(value: Any) -> str:
+    if value is None:
+        return DASH
     return f"{value:.4f}" if isinstance(value, float) else html.escape(str(value))
 
 

@@ -22,7 +22,7 @@ from reviewer.evaluation.rows_figure import draw_rows, telling_pairs
 from reviewer.evaluation.rules import rule_of_run, vary_rule
 from reviewer.evaluation.shapes import shape_rows
 from reviewer.evaluation.split_figure import draw_splits
-from reviewer.evaluation.tables import MEAN, Line, short_row, table_a_rows
+from reviewer.evaluation.tables import DASH, MEAN, Line, short_row, table_a_rows
 from reviewer.records import Run
 from reviewer.store.audited import audit_rows
 from reviewer.store.database import Store
@@ -237,6 +237,8 @@ def _table(rows: Sequence[Mapping[str, Any]], strong: str = "") -> str:
 
 
 def _cell(value: Any) -> str:
+    if value is None:
+        return f'<td class="number">{DASH}</td>'
     if isinstance(value, float):
         return f'<td class="number">{value:.4f}</td>'
     if isinstance(value, int):

@@ -48,13 +48,36 @@ export class Modes {
     parts.redraw();
   }
 
-  /** Enter: finish what is in the air; else submit. In blind mode the disagreements come first. */
+  /** Enter: finish what is in the air; else submit, and go on. */
   async submit() {
-    const { state, desk, side, parts } = this;
+    const { desk } = this;
     if (desk.pointing.open || desk.active) return desk.finish();
-    if (state.locked) return state.reviewing ? this.step(1) : undefined;
+    return this.close("submitted");
+  }
+
+  /** Confirm that nothing changed, and go on. */
+  confirmEmpty() {
+    return this.close("confirmed_empty");
+  }
+
+  /** Approve, what is submitted already too, and go on. */
+  approve() {
+    return this.state.pair?.state === "skipped" ? this.desk.editable : this.settle("approved");
+  }
+
+  /** Set a state that a finished pair keeps; a pair that is reviewed is left.
+   * @param {string} next */
+  async close(next) {
+    const { state } = this;
+    if (!state.locked) return this.settle(next);
+    if (state.reviewing) return this.step(1);
+  }
+
+  /** Set a state and go on; in blind mode the disagreements come first. @param {string} next */
+  async settle(next) {
+    const { state, desk, side, parts } = this;
     const { blind } = state;
-    if (!await desk.setState("submitted")) return;
+    if (!await desk.setState(next)) return;
     if (!blind) return this.step(1);
     parts.reveal();
     await side.load();
