@@ -66,6 +66,12 @@ def m008_approvals(db: Database) -> None:
 
 
 @migrations()
+def m011_skips(db: Database) -> None:
+    """Let verdicts be taken back, detections be doubted, and pairs be skipped as badly aligned."""
+    _run(db, "m011_skips")
+
+
+@migrations()
 def m012_terms(db: Database) -> None:
     """Let a rule reject what the reference shows too."""
     _run(db, "m012_terms")

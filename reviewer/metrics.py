@@ -27,6 +27,11 @@ class Counts:
     tn: int = 0
     ignored: int = 0
 
+    @property
+    def rightly_empty(self) -> bool:
+        """Whether nothing was to be found, and nothing was: scores are 0/0 then."""
+        return not (self.tp or self.fp or self.fn)
+
     def __add__(self, other: Counts) -> Counts:
         return Counts(
             self.tp + other.tp,

@@ -15,11 +15,13 @@ from typer.testing import CliRunner
 
 from reviewer.cli import app, main
 from reviewer.dataset.files import hash_file
+from reviewer.editing.skipping import skip_pair
 from reviewer.errors import ReviewerError
 from reviewer.models.nets.checkpoints import load_checkpoint
 from reviewer.models.registry import build_detector
 from reviewer.store.database import Store
 from reviewer.store.layers import load_detection
+from reviewer.store.reviews import annotator_id
 from reviewer.store.runs import run_of_name
 from reviewer.store.trainings import list_trainings
 
@@ -347,3 +349,22 @@ def test_other_rules_are_scored_without_a_run(folder):
             shown = " ".join(call("whatif", *given).output.split())
             assert f"scope {scope}, f_b = 0: {seen}" in shown
     assert "must be numbers" in str(call("whatif", "high", "--values", "x").exception)
+
+
+def test_pairs_skipped_as_badly_aligned_are_left_out_and_counted(folder):
+    call("import", "data")
+    call("run", "--name", "first")
+    with Store(folder / "reviewer.db") as store:
+        skip_pair(
+            store, 2, annotator_id(store, "Ada"), run_of_name(store, "first"), "badly aligned"
+        )
+    exported = call("export", "t0t1", "set")
+    assert "2 masks in set" in exported.output
+    assert "left out: 1 pair skipped as badly aligned" in exported.output
+    manifest = json.loads((folder / "set" / "manifest.json").read_text())
+    assert manifest["settings"]["skipped"] == ["cs1/0001"] and len(manifest["pairs"]) == 2
+    everything = call("export", "t0t1", "all", "--with-skipped")
+    assert "3 masks in all" in everything.output and "left out" not in everything.output
+    scored = call("evaluate", "--format", "json")
+    assert "left out: 1 pair skipped as badly aligned" in scored.stderr
+    assert {line["pairs"] for line in json.loads(scored.stdout)} == {2}

@@ -22,6 +22,7 @@ from reviewer.app.fields import Key, Word
 from reviewer.app.pictures import draw_layer
 from reviewer.app.pointing import build_pointing
 from reviewer.app.proposing import build_proposing
+from reviewer.app.skips import build_skipping
 from reviewer.editing.clicks import Clicks
 from reviewer.editing.commit import (
     MaskEdit,
@@ -135,6 +136,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     router.include_router(build_pointing(store, clicks))
     router.include_router(build_proposing(store))
     router.include_router(build_auditing(store))
+    router.include_router(build_skipping(store))
     pictures = PictureCache()
 
     @router.get("/me")

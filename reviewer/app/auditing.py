@@ -8,7 +8,7 @@ from fastapi import APIRouter, Query, Request
 
 from reviewer.app import messages as m
 from reviewer.app.details import pair_detail
-from reviewer.editing.verdicts import give_verdict
+from reviewer.editing.verdicts import Given, change_standing, give_verdict
 from reviewer.evaluation.outcomes import refresh_terms
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store import runs
@@ -21,6 +21,11 @@ from reviewer.store.walk import list_doubtful
 def build_auditing(store: Store) -> APIRouter:
     """Return the router of the audit."""
     router = APIRouter()
+
+    def judged_pair(given: Given, who: int) -> m.JudgedPair:
+        run = next(known for known in runs.list_runs(store) if known.id == given.run_id)
+        detail = pair_detail(store, given.pair_id, who, run)
+        return m.JudgedPair(audit=given.audit, **dict(detail))
 
     @router.get("/audit-queue")
     def get_audit_queue(
@@ -53,14 +58,19 @@ def build_auditing(store: Store) -> APIRouter:
         ]
 
     @router.post("/regions/{region_id}/audit")
-    def post_audit(request: Request, region_id: m.Id, change: m.VerdictChange) -> m.PairDetail:
+    def post_audit(request: Request, region_id: m.Id, change: m.VerdictChange) -> m.JudgedPair:
         """Give a verdict on a region; the answer is the pair with its new prediction."""
         who = annotator_id(store, str(request.state.annotator))
-        run_id, pair_id = give_verdict(
+        given = give_verdict(
             store, region_id, who, change.verdict, reason=change.reason, comment=change.comment
         )
-        run = next(known for known in runs.list_runs(store) if known.id == run_id)
-        return pair_detail(store, pair_id, who, run)
+        return judged_pair(given, who)
+
+    @router.put("/audits/{audit_id}")
+    def put_audit(request: Request, audit_id: m.Id, change: m.StandingChange) -> m.JudgedPair:
+        """Take one's own verdict back, or give it again; the answer is the pair as it is then."""
+        who = annotator_id(store, str(request.state.annotator))
+        return judged_pair(change_standing(store, audit_id, who, stands=change.stands), who)
 
     @router.get("/reasons")
     def get_reasons() -> m.Reasons:

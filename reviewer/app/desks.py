@@ -17,11 +17,12 @@ from threading import RLock
 from typing import Any
 
 from reviewer.app.details import choose_run
-from reviewer.records import ReviewState, Run, TeamState
+from reviewer.records import Run, TeamState
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import Order, QueueEntry, list_queue
 from reviewer.store.reviews import annotator_id, known_annotator
+from reviewer.store.skips import PairState
 
 Send = Callable[[dict[str, Any]], None]
 EVERYTHING = 100_000
@@ -46,7 +47,7 @@ class Desk:
     annotator: str | None = None
     run: str | None = None
     split: str | None = None
-    state: ReviewState | None = None
+    state: PairState | None = None
     team: TeamState | None = None
     order: Order = "name"
     only: frozenset[int] | None = None

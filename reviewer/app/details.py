@@ -9,6 +9,7 @@ from reviewer.app.messages import (
     PairDetail,
     RegionInfo,
     ScoreInfo,
+    SkipInfo,
     TruthInfo,
 )
 from reviewer.evaluation.outcomes import f_by_outcome, refresh_terms
@@ -17,13 +18,14 @@ from reviewer.models.registry import segmenter_reads
 from reviewer.records import Run, StoredRegion
 from reviewer.store import runs
 from reviewer.store.database import Store
-from reviewer.store.layers import load_alignment, load_labels
+from reviewer.store.layers import load_alignment, load_labels, pair_doubt
 from reviewer.store.overview import pair_overview
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.regions import load_regions
 from reviewer.store.reviews import review_state
 from reviewer.store.revisions import newest_revision
 from reviewer.store.scores import pair_counts
+from reviewer.store.skips import skip_of_pair
 from reviewer.store.truth import drawn_since, list_statements, standing_of_pair
 
 
@@ -64,8 +66,9 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
     layers: list[LayerName] = ["reference", "live"]
     regions: list[StoredRegion] = []
     counts: dict[str, Counts] = {}
-    f_if: dict[int, dict[str, float]] = {}
+    f_if: dict[int, dict[str, float | None]] = {}
     seen = None
+    skip = skip_of_pair(store, pair_id)
     if run is not None:
         seen = pair_overview(store, run.id, pair_id)
         layers += ["warped", "difference"] if seen.aligned else []
@@ -87,11 +90,13 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         live=pair.live.path.name,
         viewpoint_distance=pair.viewpoint_distance,
         revision=revision.number if revision else 0,
-        state=review_state(store, pair_id, annotator_id),
+        state="skipped" if skip else review_state(store, pair_id, annotator_id),
         truth=truth_info(store, pair_id),
         run=run.name if run else None,
         layers=layers,
         version=seen.version if seen else "0",
+        doubt=pair_doubt(store, run.id, pair_id) if run else "",
+        skip=SkipInfo(annotator=skip.annotator, reason=skip.reason) if skip else None,
         alignment=_alignment_info(store, run, pair_id) if run else None,
         labels=_label_infos(store, run, pair_id) if run else [],
         reads_labels=run is not None and "labels" in segmenter_reads(run.segmenter),
@@ -129,7 +134,7 @@ def _label_infos(store: Store, run: Run, pair_id: int) -> list[LabelInfo]:
 
 def _f_if(
     store: Store, run: Run, pair_id: int, regions: list[StoredRegion], counts: dict[str, Counts]
-) -> dict[int, dict[str, float]]:
+) -> dict[int, dict[str, float | None]]:
     now = counts.get("audited") or counts.get("doi")
     if now is None:
         return {}
@@ -138,7 +143,7 @@ def _f_if(
     return f_by_outcome(store, run, pair_id, outcomes, now)
 
 
-def region_info(stored: StoredRegion, f_if: dict[str, float]) -> RegionInfo:
+def region_info(stored: StoredRegion, f_if: dict[str, float | None]) -> RegionInfo:
     """Return a region as the API shows it."""
     region = stored.region
     return RegionInfo(

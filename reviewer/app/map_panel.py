@@ -17,9 +17,10 @@ from reviewer.app.desks import Desk
 from reviewer.app.queue_panel import STATE_COLOUR
 from reviewer.dataset.files import read_grey
 from reviewer.geometry import Grid, Pose2, cell_centre
-from reviewer.records import OccupancyMap, Pair, ReviewState
+from reviewer.records import OccupancyMap, Pair
 from reviewer.store.pairs import list_maps, list_pairs, list_splits, pair_of_id
 from reviewer.store.queue import QueueEntry
+from reviewer.store.skips import PairState
 
 CAMERA_HEIGHT = 0.45
 WALL_HEIGHT = 0.35
@@ -158,7 +159,7 @@ class MapPanel:
     def _colour_of(self, pair: Pair, entry: QueueEntry | None) -> tuple[int, int, int]:
         if pair.id == self._desk.pair_id:
             return OPEN_PAIR
-        state: ReviewState = entry.state if entry else "todo"
+        state: PairState = entry.state if entry else "todo"
         return UNSEEN if state == "todo" else STATE_COLOUR[state]
 
     def _camera_moved(self, camera: viser.CameraHandle) -> None:

@@ -7,10 +7,11 @@ from typing import Annotated, Any, Literal
 from fastapi import Path
 from pydantic import BaseModel, ConfigDict, Field
 
-from reviewer.app.fields import Client, Comment, Counts, Key, ListedReason, Phrase, Word
+from reviewer.app.fields import Comment, Counts, Key, ListedReason, Phrase, Word
 from reviewer.editing.proposals import Source
 from reviewer.records import ReviewState, Standing, TeamState, Verdict
 from reviewer.store.queue import Order
+from reviewer.store.skips import BADLY_ALIGNED, PairState
 from reviewer.store.walk import Opinion, WalkOrder
 
 LayerName = Literal[
@@ -79,7 +80,7 @@ class PairSummary(Message):
     id: int
     split: str
     name: str
-    state: ReviewState
+    state: PairState
     team: TeamState
     revision: int
     truth_px: int | None
@@ -99,7 +100,7 @@ class PairPage(Message):
 
 class RegionInfo(Message):
     """A region under DoI: the terms of the equation, the decision, the newest verdict; and F of the
-    pair by what becomes of this region, where there is ground truth."""
+    pair by what becomes of this region, where there is ground truth (null: rightly empty)."""
 
     id: int
     number: int
@@ -113,7 +114,7 @@ class RegionInfo(Message):
     reason: str
     box_xyxy: tuple[int, int, int, int] | None
     has_object: bool
-    f_if: dict[str, float]
+    f_if: dict[str, float | None]
     verdict: Verdict | None
     audited_by: str | None
     verdict_reason: str
@@ -214,6 +215,21 @@ class TruthInfo(Message):
     changed_by: list[str]
 
 
+class SkipInfo(Message):
+    """Who skipped a pair, and why."""
+
+    annotator: str
+    reason: str
+
+
+class SkipChange(Message):
+    """Skip a pair, its regions in this run (null: the newest) rejected; or take it up again."""
+
+    skipped: bool = True
+    run: str | None = None
+    reason: Annotated[str, Field(min_length=1, max_length=80)] = BADLY_ALIGNED
+
+
 class PairDetail(Message):
     """Everything the workbench needs to open a pair, but pixels."""
 
@@ -226,16 +242,24 @@ class PairDetail(Message):
     live: str
     viewpoint_distance: float | None
     revision: int
-    state: ReviewState
+    state: PairState
     truth: TruthInfo | None
     run: str | None
     layers: list[LayerName]
     version: str
+    doubt: str
+    skip: SkipInfo | None
     alignment: AlignmentInfo | None
     labels: list[LabelInfo]
     reads_labels: bool
     regions: list[RegionInfo]
     scores: dict[str, ScoreInfo]
+
+
+class JudgedPair(PairDetail):
+    """A pair after a verdict, and the verdict's key, by which it can be taken back."""
+
+    audit: int
 
 
 class RleMask(Message):
@@ -277,63 +301,6 @@ class Committed(Message):
     revision: int
 
 
-Coordinate = Annotated[float, Field(ge=0, le=20000, allow_inf_nan=False)]
-
-
-class ClickPoint(Message):
-    """A click on the object (positive) or beside it; pixels of the live image."""
-
-    x: Coordinate
-    y: Coordinate
-    positive: bool = True
-
-
-class CandidateMask(Message):
-    """A candidate as COCO run-lengths, with the segmenter's own score in [0, 1]."""
-
-    counts: Counts
-    score: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
-
-
-class ClickChange(Message):
-    """What a person clicked on one object; `client` names the window it comes from.
-
-    `previous` is the mask that the last click corrects; a candidate with its score, or a part of
-    the ground truth with score 0.
-    """
-
-    client: Client
-    run: Key | None = None
-    picture: Literal["live", "reference"] = "live"
-    clicks: Annotated[list[ClickPoint], Field(max_length=200)] = []
-    box: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None
-    previous: CandidateMask | None = None
-    crop: bool = False
-    preview: bool = False
-
-
-class ClickReply(Message):
-    """Candidates, best first, and the milliseconds that the segmenter took."""
-
-    candidates: list[CandidateMask]
-    model: str
-    embed_ms: float
-    predict_ms: float
-
-
-class LivePoint(Message):
-    """A point of the reference image in the live image."""
-
-    x: float
-    y: float
-
-
-class EdgePath(Message):
-    """A path along edges: corners (x, y) in pixels, from the start to the end."""
-
-    points: list[tuple[int, int]]
-
-
 class StateChange(Message):
     """A new review state, with the seconds of work since the last saved mask."""
 
@@ -357,6 +324,12 @@ class VerdictChange(Message):
     comment: Comment = ""
 
 
+class StandingChange(Message):
+    """Whether a verdict stands, or is taken back."""
+
+    stands: bool
+
+
 class RevisionInfo(Message):
     """One line of a pair's history."""
 
@@ -373,7 +346,7 @@ class QueueQuery(Message):
     """Filters and order of the queue."""
 
     split: Key | None = None
-    state: ReviewState | None = None
+    state: PairState | None = None
     team: TeamState | None = None
     order: Order = "name"
     run: Key | None = None

@@ -7,9 +7,10 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 
-from reviewer.app import messages as m
+from reviewer.app import click_messages as m
 from reviewer.app.details import choose_run
 from reviewer.app.fields import Key
+from reviewer.app.messages import Id
 from reviewer.editing.clicks import ClickRequest, Clicks
 from reviewer.editing.pictures import Picture, live_point, load_pictures
 from reviewer.errors import Conflict, InvalidInput
@@ -30,7 +31,7 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
     scissors = Scissors()
 
     @router.post("/pairs/{pair_id}/click", response_model=m.ClickReply)
-    async def post_click(request: Request, pair_id: m.Id, change: m.ClickChange) -> Response:
+    async def post_click(request: Request, pair_id: Id, change: m.ClickChange) -> Response:
         """Find the object under clicks or in a box; 409 when a newer click took its place."""
         asked = await asyncio.to_thread(_read, store, pair_id, change)
         client = (request.state.annotator, change.client)
@@ -59,7 +60,7 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
 
     @router.get("/pairs/{pair_id}/live-point")
     def get_live_point(
-        pair_id: m.Id,
+        pair_id: Id,
         x: m.Coordinate,
         y: m.Coordinate,
         run: Key | None = None,
@@ -71,7 +72,7 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
 
     @router.get("/pairs/{pair_id}/edge-path")
     def get_edge_path(
-        pair_id: m.Id,
+        pair_id: Id,
         x0: Pixel,
         y0: Pixel,
         x1: Pixel,

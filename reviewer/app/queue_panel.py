@@ -11,18 +11,20 @@ from typing import Any
 import viser
 
 from reviewer.app.desks import Desk
-from reviewer.records import ReviewState, TeamState
+from reviewer.records import TeamState
 from reviewer.store.queue import ORDERS, Order, QueueEntry, list_progress
 from reviewer.store.runs import list_runs
+from reviewer.store.skips import PairState
 
 ROWS = 14
 ALL = "all"
-STATE_TITLE: dict[ReviewState, str] = {
+STATE_TITLE: dict[PairState, str] = {
     "todo": "to do",
     "in_progress": "in progress",
     "submitted": "submitted",
     "approved": "approved",
     "confirmed_empty": "confirmed empty",
+    "skipped": "skipped",
 }
 TEAM_TITLE: dict[TeamState, str] = {
     "todo": "nobody has begun",
@@ -41,21 +43,23 @@ ORDER_TITLE: dict[Order, str] = {
     "doi": "highest DoI",
     "size": "largest change",
     "unreviewed": "unreviewed first",
-    "doubt": "badly aligned first",
+    "doubt": "in doubt first",
 }
-STATE_COLOUR: dict[ReviewState, tuple[int, int, int]] = {
+STATE_COLOUR: dict[PairState, tuple[int, int, int]] = {
     "todo": (134, 142, 150),
     "in_progress": (230, 150, 30),
     "submitted": (60, 140, 220),
     "approved": (32, 160, 110),
     "confirmed_empty": (120, 110, 200),
+    "skipped": (150, 110, 80),
 }
-STATE_SIGN: dict[ReviewState, str] = {
+STATE_SIGN: dict[PairState, str] = {
     "todo": "○",
     "in_progress": "◐",
     "submitted": "●",
     "approved": "✓",
     "confirmed_empty": "∅",
+    "skipped": "⊘",
 }
 
 
@@ -191,7 +195,7 @@ def _summary(desk: Desk, count: int, page: int, last: int) -> str:
         '<div style="padding:.5em .75em .6em;font-size:.8em;line-height:1.7">'
         f"<b>{count}</b> pairs{narrowed} &middot; page {page + 1} of {last + 1} &middot; {name}<br>"
         f'<span style="opacity:.75">{legend}'
-        '<span style="white-space:nowrap">⚠ badly aligned, or failed</span></span></div>'
+        '<span style="white-space:nowrap">⚠ in doubt, or failed</span></span></div>'
     )
 
 

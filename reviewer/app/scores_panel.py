@@ -18,7 +18,7 @@ from reviewer.evaluation.protocols import Empty, Group, Kind, Protocol, protocol
 from reviewer.evaluation.report import report_page
 from reviewer.evaluation.table_a import table_a_rows
 from reviewer.evaluation.table_a_text import scope_rows
-from reviewer.evaluation.tables import MEAN, short_row
+from reviewer.evaluation.tables import DASH, MEAN, short_row
 from reviewer.records import Standing
 from reviewer.store.scores import pair_scores
 
@@ -128,6 +128,8 @@ def _table(rows: list[dict[str, Any]]) -> str:
 
 
 def _short(value: Any) -> str:
+    if value is None:
+        return DASH
     return f"{value:.4f}" if isinstance(value, float) else html.escape(str(value))
 
 

@@ -53,6 +53,9 @@ def export(
             min=0,
         ),
     ] = 0,
+    with_skipped: Annotated[
+        bool, typer.Option("--with-skipped", help="Pairs skipped as badly aligned too.")
+    ] = False,
     warped_by: Annotated[
         str | None, typer.Option(help="t0t1: references warped to live by this run.")
     ] = None,
@@ -73,7 +76,9 @@ def export(
     """
     from reviewer.export.formats import Options, export_as
     from reviewer.export.selection import Selection, select_labelled
+    from reviewer.export.skipped import leave_out_skipped
     from reviewer.store.runs import run_of_name
+    from reviewer.store.skips import skipped_line
 
     selection = Selection(
         splits=tuple(split or ()),
@@ -86,9 +91,13 @@ def export(
         consensus=consensus,
     )
     with open_store(db) as store:
+        if not with_skipped:
+            selection = leave_out_skipped(store, selection)
         labelled, without = select_labelled(store, selection)
         warper = run_of_name(store, warped_by) if warped_by else None
         options = Options(warper, ignore, by, parts)
         count = export_as(store, format, labelled, target, selection, options)
     what = "folds" if format == "folds" else "masks"
     typer.echo(f"{count} {what} in {target}; {len(without)} pairs have none")
+    if selection.skipped:
+        typer.echo(f"left out: {skipped_line(len(selection.skipped))}")

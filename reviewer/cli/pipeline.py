@@ -348,10 +348,13 @@ def print_scores(
     from reviewer.evaluation.tables import format_lines, short_row
     from reviewer.store.runs import run_of_name
     from reviewer.store.scores import pair_scores
+    from reviewer.store.skips import count_skips, skipped_line
 
     if run is not None:
         run_of_name(store, run)
     refresh_counts(store)
+    if skipped := count_skips(store):
+        typer.echo(f"left out: {skipped_line(skipped)}", err=True)
     chosen = protocol or Protocol()
     lines = protocol_lines(pair_scores(store, run, standings), chosen)
     # What is read by machines stays as it is; people read on the other channel.

@@ -66,20 +66,21 @@ def run_terms(store: Store, run: Run) -> RunTerms:
 
 def f_by_outcome(
     store: Store, run: Run, pair_id: int, outcomes: Mapping[int, str], now: Counts
-) -> dict[int, dict[str, float]]:
-    """Return F of a pair if one region ended otherwise and all else stayed, by region and outcome.
+) -> dict[int, dict[str, float | None]]:
+    """Return F of a pair if one region ended otherwise and all else stayed, by region and outcome;
+    None where the pair would be rightly empty.
 
     Args:
         outcomes: what happens to each region now, by id.
         now: counts of the pair's mask now.
     """
-    found: dict[int, dict[str, float]] = {}
+    found: dict[int, dict[str, float | None]] = {}
     for region_id, counts in region_outcomes(store, run.id, pair_id).items():
         own = counts.get(outcomes.get(region_id, ""))
         if own is None:
             continue
         found[region_id] = {
-            outcome: f_score(
+            outcome: _f_or_none(
                 Counts(
                     now.tp + other.tp - own.tp,
                     now.fp + other.fp - own.fp,
@@ -89,6 +90,10 @@ def f_by_outcome(
             for outcome, other in counts.items()
         }
     return found
+
+
+def _f_or_none(counts: Counts) -> float | None:
+    return None if counts.rightly_empty else f_score(counts)
 
 
 def _make(store: Store, run: Run, pair: StaleTerms) -> Made:

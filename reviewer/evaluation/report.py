@@ -27,13 +27,14 @@ from reviewer.evaluation.shapes import shape_rows
 from reviewer.evaluation.split_figure import draw_splits
 from reviewer.evaluation.table_a import table_a_rows
 from reviewer.evaluation.table_a_text import scope_rows
-from reviewer.evaluation.tables import MEAN, Line, short_row
+from reviewer.evaluation.tables import DASH, MEAN, Line, short_row
 from reviewer.records import Run, Standing
 from reviewer.store.audited import audit_rows
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.runs import list_runs
 from reviewer.store.scores import pair_scores
+from reviewer.store.skips import count_skips, skipped_line
 
 STEPS = 101
 TELLING = 8
@@ -80,6 +81,8 @@ def report_page(
     shapes = shape_rows(store, run)
     rows = table_a_rows(store, scores, protocol)
     parts = [_head(lines, protocol, truth_basis(store, standings))]
+    if skipped := count_skips(store):
+        parts.append(f'<p class="soft">Left out: {skipped_line(skipped)}.</p>')
     parts += ["<h2>Mean F</h2>", _table(scope_rows(rows))]
     parts += ["<h2>By split</h2>", _picture(lambda file: draw_splits(rows, file), "F by split")]
     parts.append(f"<details><summary>numbers</summary>{_lines_table(lines)}</details>")
@@ -239,6 +242,8 @@ def _table(rows: Sequence[Mapping[str, Any]], strong: str = "") -> str:
 
 
 def _cell(value: Any) -> str:
+    if value is None:
+        return f'<td class="number">{DASH}</td>'
     if isinstance(value, float):
         return f'<td class="number">{value:.4f}</td>'
     if isinstance(value, int):

@@ -59,7 +59,7 @@ def _scores(store: Store, run: Run) -> dict[Method, dict[str, float]]:
     title = {pair.id: pair.title for pair in list_pairs(store)}
     found: dict[Method, dict[str, float]] = {method: {} for method in METHOD_TITLE}
     for score in pair_scores(store, run.name):
-        if score.counts.tp + score.counts.fp + score.counts.fn:
+        if not score.counts.rightly_empty:
             found[score.method][title[score.pair_id]] = f_score(score.counts)
     return found
 

@@ -24,6 +24,7 @@ METHOD_TITLE: dict[Method, str] = {
     "audited": "after audit",
 }
 MEAN = "mean"
+DASH = "–"
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,11 +122,20 @@ def csv_text(rows: Sequence[Mapping[str, str | float | None]], columns: Sequence
 
 
 def _short(value: str | float | None) -> str:
+    if value is None:
+        return DASH
     return f"{value:.4f}" if isinstance(value, float) else str(value)
 
 
+def shown_scores(line: Line) -> tuple[float | None, float | None, float | None]:
+    """Return P, R and F as people see them: None for what is rightly empty, where they are 0/0."""
+    if line.counts.rightly_empty:
+        return None, None, None
+    return line.precision, line.recall, line.f_score
+
+
 def _cells(line: Line) -> list[str]:
-    numbers = [_short(v) for v in (line.precision, line.recall, line.f_score)]
+    numbers = [_short(value) for value in shown_scores(line)]
     return [line.run, METHOD_TITLE[line.method], line.split, str(line.pairs), *numbers]
 
 
@@ -140,7 +150,7 @@ def _latex(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def _is_number(text: str) -> bool:
-    return text.replace(".", "", 1).isdigit()
+    return text == DASH or text.replace(".", "", 1).isdigit()
 
 
 def escaped(text: str) -> str:
@@ -148,16 +158,17 @@ def escaped(text: str) -> str:
     return re.sub(r"([&%$#_{}])", r"\\\1", text)
 
 
-def short_row(line: Line, group: str = "split") -> dict[str, str | int | float]:
+def short_row(line: Line, group: str = "split") -> dict[str, str | int | float | None]:
     """Return what a reader looks at: run, method, group, pairs, P, R, F."""
+    precisions, recalls, scores = shown_scores(line)
     return {
         "run": line.run,
         "method": METHOD_TITLE[line.method],
         group: line.split,
         "pairs": line.pairs,
-        "P": line.precision,
-        "R": line.recall,
-        "F": line.f_score,
+        "P": precisions,
+        "R": recalls,
+        "F": scores,
     }
 
 

@@ -36,6 +36,7 @@ class Selection:
         consensus: what more than half of the people who drew a pair and finished it made of it, in
             place of one mask; 0 = no, else how many people there must be. Where exactly half of
             them say so, the pixel is ignored.
+        skipped: titles of pairs to leave out, see `export.skipped`.
     """
 
     splits: tuple[str, ...] = ()
@@ -46,6 +47,7 @@ class Selection:
     run: str | None = None
     verdicts: tuple[str, ...] = ()
     consensus: int = 0
+    skipped: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.run is not None and self.annotators:
@@ -93,7 +95,8 @@ def select_labelled(store: Store, selection: Selection) -> tuple[list[Labelled],
     Raises:
         NotFound: when a split or the run does not exist, or no pair is left.
     """
-    pairs = list_pairs(store, selection.splits)
+    left_out = set(selection.skipped)
+    pairs = [pair for pair in list_pairs(store, selection.splits) if pair.title not in left_out]
     if selection.states:
         wanted = pairs_in_state(store, selection.states)
         pairs = [pair for pair in pairs if pair.id in wanted]

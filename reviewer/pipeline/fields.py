@@ -18,7 +18,7 @@ from reviewer.errors import InvalidInput
 from reviewer.masks import Mask, encode_rle
 from reviewer.models.interfaces import Alignment, Field, Image
 from reviewer.models.warping import inside, warp_image
-from reviewer.pipeline.judging import judge
+from reviewer.pipeline.judging import judge, judge_detection
 from reviewer.records import Pair, Run
 from reviewer.store.layers import StoredAlignment, StoredDetection
 
@@ -101,7 +101,8 @@ def store_detection(probability: Field, threshold: float) -> StoredDetection:
     """
     levels = _levels(probability)
     mask: Mask = levels > threshold * 255
-    return StoredDetection(_grey_png(levels), threshold, encode_rle(mask))
+    changed = encode_rle(mask)
+    return StoredDetection(_grey_png(levels), threshold, changed, judge_detection(changed))
 
 
 def probability_png(probability: Field) -> bytes:

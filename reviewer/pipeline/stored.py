@@ -21,11 +21,13 @@ from reviewer.store.layers import load_alignment, load_detection, load_objects
 from reviewer.store.regions import load_regions
 
 
-def compose_audited(store: Store, run_id: int, pair_id: int, verdicts: dict[int, Verdict]) -> Mask:
+def compose_audited(
+    store: Store, run_id: int, pair_id: int, verdicts: Mapping[int, Verdict | None]
+) -> Mask:
     """Compose the final mask from people's verdicts in place of decisions.
 
     Args:
-        verdicts: verdicts to take into account beside the stored ones, by region id.
+        verdicts: verdicts in place of the stored ones, by region id; None = there is none.
 
     Raises:
         NotFound: when the run has no detection for the pair.

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from reviewer.metrics import Counts
 from reviewer.records import Verdict
 from reviewer.store.database import Store
+from reviewer.store.skips import NOT_SKIPPED
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,8 @@ def pairs_with_verdict(store: Store, verdicts: Sequence[str], run_id: int | None
 
 
 def audit_rows(store: Store, run_id: int) -> list[AuditRow]:
-    """Return the regions of a run whose outcomes are counted, by id (`refresh_terms` first)."""
+    """Return the regions of a run whose outcomes are counted, by id (`refresh_terms` first); those
+    of skipped pairs were rejected for the pair's sake, and are left out."""
     said: dict[int, list[str]] = {}
     for row in store.read().execute(
         "SELECT region_id, outcome FROM opinions WHERE run_id = ? ORDER BY annotator", [run_id]
@@ -60,7 +62,7 @@ def audit_rows(store: Store, run_id: int) -> list[AuditRow]:
         " JOIN doi_decisions d ON d.region_id = g.id"
         " JOIN region_outcomes o ON o.region_id = g.id"
         " JOIN ground_truth t ON t.pair_id = g.pair_id AND t.number = o.revision"
-        " WHERE g.run_id = ? ORDER BY g.id, o.outcome",
+        f" WHERE g.run_id = ? AND g.{NOT_SKIPPED} ORDER BY g.id, o.outcome",
         [run_id],
     )
     found: dict[int, AuditRow] = {}

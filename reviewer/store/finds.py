@@ -67,6 +67,7 @@ def finds_version(store: Store, run_id: int) -> tuple[int | str | None, ...]:
         .execute(
             "SELECT (SELECT max(id) FROM regions WHERE run_id = ?1) AS region,"
             " (SELECT max(id) FROM audits) AS audit,"
+            " (SELECT max(id) FROM withdrawals) AS withdrawal,"
             " (SELECT max(created_at) FROM found_names) AS named,"
             " (SELECT count(*) FROM found_names) AS names,"
             " (SELECT max(edited_at) FROM labels WHERE run_id = ?1) AS edited",

@@ -15,6 +15,13 @@ from reviewer.records import ObjectInstance
 from reviewer.store.database import Store, mask_columns
 from reviewer.store.revisions import rle_of_row
 
+DOUBT = """trim(
+    coalesce((SELECT a.doubt FROM alignments a WHERE a.pair_id = p.id AND a.run_id = :run), '')
+    || '; ' ||
+    coalesce((SELECT d.doubt FROM detections d WHERE d.pair_id = p.id AND d.run_id = :run), ''),
+    '; ')"""
+"""In a query over `pairs p`: why the results of `:run` are doubted."""
+
 
 @dataclass(frozen=True, slots=True)
 class StoredAlignment:
@@ -37,11 +44,12 @@ class StoredAlignment:
 
 @dataclass(frozen=True, slots=True)
 class StoredDetection:
-    """M_o, and the probability map as a grey PNG where there is one."""
+    """M_o, the probability map as a grey PNG where there is one, and why it is doubted or ""."""
 
     probability_png: bytes | None
     threshold: float
     mask: Rle
+    doubt: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +121,14 @@ def put_detection(
 ) -> None:
     """Write M_o."""
     mask = mask_columns(detection.mask)
-    values = [run_id, pair_id, detection.probability_png, detection.threshold, *mask]
+    values = [
+        run_id,
+        pair_id,
+        detection.probability_png,
+        detection.threshold,
+        *mask,
+        detection.doubt,
+    ]
     db.execute(f"INSERT OR REPLACE INTO detections VALUES ({_marks(values)})", values)
 
 
@@ -126,7 +141,14 @@ def load_detection(store: Store, run_id: int, pair_id: int) -> StoredDetection |
     )
     if row is None:
         return None
-    return StoredDetection(row["probability"], row["threshold"], rle_of_row(row))
+    return StoredDetection(row["probability"], row["threshold"], rle_of_row(row), row["doubt"])
+
+
+def pair_doubt(store: Store, run_id: int, pair_id: int) -> str:
+    """Return why a run's results look as if the pair could not be compared; "" = they do not."""
+    query = f"SELECT {DOUBT} FROM pairs p WHERE p.id = :pair"
+    row = store.read().execute(query, {"run": run_id, "pair": pair_id}).fetchone()
+    return row[0] if row else ""
 
 
 def put_labels(

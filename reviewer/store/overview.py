@@ -36,7 +36,10 @@ def pair_overview(store: Store, run_id: int, pair_id: int) -> Overview:
                 (SELECT area FROM predictions WHERE run_id = :run AND pair_id = :pair
                     AND method = 'doi') AS area,
                 (SELECT coalesce(max(u.id), 0) FROM audits u JOIN regions g ON g.id = u.region_id
-                    WHERE g.run_id = :run AND g.pair_id = :pair) AS audit
+                    WHERE g.run_id = :run AND g.pair_id = :pair) AS audit,
+                (SELECT count(*) FROM withdrawals w JOIN audits u ON u.id = w.audit_id
+                    JOIN regions g ON g.id = u.region_id
+                    WHERE g.run_id = :run AND g.pair_id = :pair) AS withdrawn
             FROM (SELECT 1) LEFT JOIN alignments a ON a.run_id = :run AND a.pair_id = :pair
             LEFT JOIN detections d ON d.run_id = :run AND d.pair_id = :pair
             """,
@@ -51,5 +54,5 @@ def pair_overview(store: Store, run_id: int, pair_id: int) -> Overview:
         row["detected"] is not None,
         "search" in made,
         row["area"] is not None,
-        f"{store.identity}.{run_id}.{digest}.{row['audit']}",
+        f"{store.identity}.{run_id}.{digest}.{row['audit']}.{row['withdrawn']}",
     )

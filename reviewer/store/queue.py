@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from reviewer.errors import InvalidInput
-from reviewer.records import ReviewState, TeamState
+from reviewer.records import TeamState
 from reviewer.store.database import Store
+from reviewer.store.layers import DOUBT
+from reviewer.store.skips import PairState
 
 Order = Literal["name", "doi", "size", "unreviewed", "doubt"]
 ORDERS: dict[Order, str] = {
@@ -28,13 +30,14 @@ class QueueEntry:
     Attributes:
         state, team: where the pair stands for the annotator, and for the team whoever did it.
         revision, truth_px: of the newest mask, finished or not.
-        doubt: why the run's alignment looks bad, or which stage failed; "" = all is well.
+        doubt: why the run's results look as if the pair could not be compared, or which stage
+            failed; "" = all is well.
     """
 
     id: int
     split: str
     name: str
-    state: ReviewState
+    state: PairState
     team: TeamState
     revision: int
     truth_px: int | None
@@ -47,7 +50,7 @@ class QueueEntry:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """Pairs of a split, and how many of them an annotator has finished."""
+    """Pairs of a split, and how many of them an annotator has finished, or somebody skipped."""
 
     split: str
     pairs: int
@@ -60,7 +63,7 @@ def list_queue(
     *,
     run_id: int | None = None,
     split: str | None = None,
-    state: ReviewState | None = None,
+    state: PairState | None = None,
     team: TeamState | None = None,
     order: Order = "name",
     pair_ids: Sequence[int] | None = None,
@@ -74,10 +77,11 @@ def list_queue(
     """
     if order not in ORDERS:
         raise InvalidInput(f"queue order: {order!r} is not one of {', '.join(ORDERS)}")
-    entries = """
+    entries = f"""
     WITH entries AS (
         SELECT p.id, s.name AS split, p.name,
-            coalesce(v.state, 'todo') AS state, coalesce(w.state, 'todo') AS team,
+            CASE WHEN k.pair_id IS NULL THEN coalesce(v.state, 'todo') ELSE 'skipped' END AS state,
+            coalesce(w.state, 'todo') AS team,
             (SELECT count(*) FROM reviews o WHERE o.pair_id = p.id
                 AND o.state <> 'in_progress') AS reviewers,
             (SELECT count(*) FROM reviews o WHERE o.pair_id = p.id
@@ -85,7 +89,8 @@ def list_queue(
             coalesce(t.number, 0) AS revision, t.area AS truth_px, d.area AS change_px,
             g.max_doi, coalesce(g.inspect, 0) AS inspect,
             coalesce((SELECT f.stage || ' failed: ' || f.message FROM failures f
-                WHERE f.pair_id = p.id AND f.run_id = :run LIMIT 1), a.doubt, '') AS doubt
+                WHERE f.pair_id = p.id AND f.run_id = :run LIMIT 1),
+                {DOUBT}) AS doubt
         FROM pairs p JOIN splits s ON s.id = p.split_id
         LEFT JOIN reviews v ON v.pair_id = p.id AND v.annotator_id = :annotator
         LEFT JOIN team_states w ON w.pair_id = p.id
@@ -93,7 +98,7 @@ def list_queue(
         LEFT JOIN detections d ON d.pair_id = p.id AND d.run_id = :run
         LEFT JOIN (SELECT pair_id, max(doi) AS max_doi, sum(inspect) AS inspect FROM regions
             WHERE run_id = :run GROUP BY pair_id) g ON g.pair_id = p.id
-        LEFT JOIN alignments a ON a.pair_id = p.id AND a.run_id = :run
+        LEFT JOIN skips k ON k.pair_id = p.id
         WHERE (:split IS NULL OR s.name = :split)
         AND (:ids IS NULL OR p.id IN (SELECT value FROM json_each(:ids)))
     ) SELECT *, count(*) OVER () AS total FROM entries
@@ -139,7 +144,8 @@ def list_queue(
 def list_progress(store: Store, annotator_id: int) -> list[Progress]:
     """Return the progress of an annotator in every split."""
     rows = store.read().execute(
-        "SELECT s.name, count(*) AS pairs, count(v.state) AS finished FROM pairs p"
+        "SELECT s.name, count(*) AS pairs, count(coalesce(v.pair_id, k.pair_id)) AS finished"
+        " FROM pairs p LEFT JOIN skips k ON k.pair_id = p.id"
         " JOIN splits s ON s.id = p.split_id"
         " LEFT JOIN reviews v ON v.pair_id = p.id AND v.annotator_id = ?"
         " AND v.state <> 'in_progress' GROUP BY s.id ORDER BY s.name",

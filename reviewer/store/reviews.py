@@ -1,4 +1,4 @@
-"""People: annotators, the state of a pair for each of them, and their verdicts on regions."""
+"""People: annotators, and the state of a pair for each of them."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ import sqlite3
 from collections.abc import Sequence
 
 from reviewer.errors import Conflict, InvalidInput
-from reviewer.masks import Rle, empty_rle
-from reviewer.records import ReviewState, Verdict
-from reviewer.store.database import Store, require, utc_now
-from reviewer.store.regions import put_prediction
+from reviewer.masks import empty_rle
+from reviewer.records import ReviewState
+from reviewer.store.database import Store, utc_now
 from reviewer.store.revisions import insert_revision, newest_row, pair_row
 from reviewer.texts import clean_text
 
@@ -139,37 +138,6 @@ def set_review_state(
             " updated_at = excluded.updated_at",
             [pair_id, annotator, state, number, utc_now()],
         )
-
-    store.write(work)
-
-
-def add_audit(
-    store: Store,
-    region_id: int,
-    annotator: int,
-    verdict: Verdict,
-    audited: Rle,
-    *,
-    reason: str = "",
-    comment: str = "",
-) -> None:
-    """Append a verdict on a region's decision, with the final mask that follows from it.
-
-    Raises:
-        NotFound: when the region does not exist.
-    """
-
-    def work(db: sqlite3.Connection) -> None:
-        row = require(
-            db.execute("SELECT run_id, pair_id FROM regions WHERE id = ?", [region_id]).fetchone(),
-            f"region {region_id}: does not exist",
-        )
-        db.execute(
-            "INSERT INTO audits (region_id, annotator_id, verdict, reason, comment, created_at)"
-            " VALUES (?, ?, ?, ?, ?, ?)",
-            [region_id, annotator, verdict, reason, comment, utc_now()],
-        )
-        put_prediction(db, row["run_id"], row["pair_id"], "audited", audited)
 
     store.write(work)
 

@@ -186,11 +186,15 @@ def delete_run(store: Store, name: str, *, with_verdicts: bool = False) -> None:
                 f"run {name}: holds {verdicts} verdicts of people, which would be gone too;"
                 " say --with-verdicts if that is wanted"
             )
-        # The trigger keeps single verdicts from being lost; a whole run goes on purpose. It is
+        # The triggers keep single verdicts from being lost; a whole run goes on purpose. They are
         # put back in the same transaction.
-        guard = db.execute("SELECT sql FROM sqlite_master WHERE name = 'audits_last'").fetchone()[0]
-        db.execute("DROP TRIGGER audits_last")
+        guards = db.execute(
+            "SELECT name, sql FROM sqlite_master WHERE name IN ('audits_last', 'withdrawals_last')"
+        ).fetchall()
+        for guard in guards:
+            db.execute(f"DROP TRIGGER {guard['name']}")
         db.execute("DELETE FROM runs WHERE id = ?", [run.id])
-        db.execute(guard)
+        for guard in guards:
+            db.execute(guard["sql"])
 
     store.write(work)

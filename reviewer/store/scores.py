@@ -12,6 +12,7 @@ from reviewer.metrics import Counts
 from reviewer.records import Method, Score, Standing
 from reviewer.store.database import Store
 from reviewer.store.revisions import rle_of_row
+from reviewer.store.skips import NOT_SKIPPED
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,11 +53,13 @@ class MaskPair:
 
 
 def mask_pair_keys(store: Store, run: str | None = None) -> list[tuple[int, int, Method]]:
-    """Return (run id, pair id, method) of every prediction of a pair with ground truth."""
+    """Return (run id, pair id, method) of every prediction of a pair with ground truth that is not
+    skipped."""
     rows = store.read().execute(
         "SELECT p.run_id, p.pair_id, p.method FROM predictions p JOIN runs r ON r.id = p.run_id"
         " WHERE (?1 IS NULL OR r.name = ?1)"
-        " AND p.pair_id IN (SELECT pair_id FROM ground_truth) ORDER BY 1, 2, 3",
+        " AND p.pair_id IN (SELECT pair_id FROM ground_truth)"
+        f" AND p.{NOT_SKIPPED} ORDER BY 1, 2, 3",
         [run],
     )
     return [(row["run_id"], row["pair_id"], row["method"]) for row in rows]
@@ -123,9 +126,13 @@ def save_scores(store: Store, scores: Sequence[tuple[StaleScore, Counts]]) -> No
 
 
 def split_scores(store: Store, run: str | None = None) -> list[Score]:
-    """Return counts pooled per run, method and split (the view `split_scores`)."""
+    """Return counts pooled per run, method and split, without skipped pairs."""
     rows = store.read().execute(
-        "SELECT * FROM split_scores WHERE ?1 IS NULL OR run = ?1 ORDER BY run, method, split", [run]
+        "SELECT run, method, split, count(*) AS pairs, sum(tp) AS tp, sum(fp) AS fp, sum(fn) AS fn,"
+        " sum(tn) AS tn, sum(ignored) AS ignored FROM pair_scores"
+        f" WHERE (?1 IS NULL OR run = ?1) AND {NOT_SKIPPED}"
+        " GROUP BY run, method, split ORDER BY run, method, split",
+        [run],
     )
     return [_score(row) for row in rows]
 
@@ -141,14 +148,14 @@ def pair_counts(store: Store, run_id: int, pair_id: int) -> dict[Method, Counts]
 def pair_scores(
     store: Store, run: str | None = None, standings: Sequence[Standing] = ()
 ) -> list[PairScore]:
-    """Return the fresh counts of every pair, of one run or of all.
+    """Return the fresh counts of every pair that is not skipped, of one run or all.
 
     Args:
         standings: only pairs whose ground truth stands by one of these; all of them where empty.
     """
     rows = store.read().execute(
         "SELECT v.*, s.workspace, s.object_group FROM pair_scores v JOIN splits s"
-        " ON s.name = v.split WHERE (?1 IS NULL OR v.run = ?1)"
+        f" ON s.name = v.split WHERE (?1 IS NULL OR v.run = ?1) AND v.{NOT_SKIPPED}"
         " AND (?2 = '[]' OR v.standing IN (SELECT value FROM json_each(?2)))"
         " ORDER BY v.run, v.method, v.pair_id",
         [run, json.dumps(list(standings))],
@@ -168,10 +175,10 @@ def pair_scores(
 
 
 def pair_f_scores(store: Store, run_id: int, method: Method) -> dict[str, float]:
-    """Return F of every counted pair of a run, by "split/name"."""
+    """Return F of every counted pair of a run that is not skipped, by "split/name"."""
     rows = store.read().execute(
         "SELECT split || '/' || pair AS title, f_score FROM pair_scores"
-        " WHERE run_id = ? AND method = ? ORDER BY 1",
+        f" WHERE run_id = ? AND method = ? AND {NOT_SKIPPED} ORDER BY 1",
         [run_id, method],
     )
     return {row["title"]: row["f_score"] for row in rows}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from reviewer.metrics import Counts
 from reviewer.store.database import Store
+from reviewer.store.skips import NOT_SKIPPED
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +70,12 @@ def save_terms(
 
 
 def load_terms(store: Store, run_id: int) -> list[StoredTerms]:
-    """Return the terms of a run that are up to date, by split and pair."""
+    """Return the terms of a run that are up to date, by split and pair, without skipped pairs."""
     rows = store.read().execute(
         "SELECT k.pair_id, s.name, k.truth_px, k.terms FROM pair_terms k"
         " JOIN pairs p ON p.id = k.pair_id JOIN splits s ON s.id = p.split_id"
         " JOIN ground_truth t ON t.pair_id = k.pair_id AND t.number = k.revision"
-        " WHERE k.run_id = ? ORDER BY s.name, p.name",
+        f" WHERE k.run_id = ? AND k.{NOT_SKIPPED} ORDER BY s.name, p.name",
         [run_id],
     )
     return [StoredTerms(*row) for row in rows]

@@ -14,6 +14,7 @@ from reviewer.errors import InvalidInput
 from reviewer.records import STANDINGS, MaskRevision, ReviewState, Standing
 from reviewer.store.database import Store
 from reviewer.store.revisions import SELECT, revision_of_row
+from reviewer.store.skips import NOT_SKIPPED
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,8 +104,10 @@ def list_statements(store: Store, pair_id: int) -> list[Statement]:
 
 
 def count_standings(store: Store) -> dict[Standing, int]:
-    """Return how many pairs have a ground truth of each standing."""
-    rows = store.read().execute("SELECT standing, count(*) FROM ground_truth GROUP BY standing")
+    """Return how many pairs that are not skipped have a ground truth of each standing."""
+    rows = store.read().execute(
+        f"SELECT standing, count(*) FROM ground_truth WHERE {NOT_SKIPPED} GROUP BY standing"
+    )
     counted = dict(tuple(row) for row in rows)
     return {standing: counted.get(standing, 0) for standing in STANDINGS}
 
@@ -114,7 +117,7 @@ def count_unfinished(store: Store) -> int:
     (number,) = (
         store.read()
         .execute(
-            "SELECT count(*) FROM newest_revisions n WHERE NOT EXISTS"
+            f"SELECT count(*) FROM newest_revisions n WHERE n.{NOT_SKIPPED} AND NOT EXISTS"
             " (SELECT 1 FROM ground_truth t WHERE t.pair_id = n.pair_id)"
         )
         .fetchone()

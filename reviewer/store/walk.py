@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from reviewer.store.database import Store
+from reviewer.store.skips import NOT_SKIPPED
 
 WalkOrder = Literal["threshold", "loss", "disagreement"]
 Opinion = Literal["first", "second"]
@@ -62,9 +63,9 @@ def list_doubtful(
     Opinions: "first" are regions that nobody judged, "second" those that others judged, and the
     annotator did not.
     """
-    judged = "EXISTS (SELECT 1 FROM audits a WHERE a.region_id = g.id AND a.annotator_id {} :me)"
+    judged = "EXISTS (SELECT 1 FROM opinions a WHERE a.region_id = g.id AND a.annotator_id {} :me)"
     waits = (
-        "NOT EXISTS (SELECT 1 FROM audits a WHERE a.region_id = g.id)"
+        "NOT EXISTS (SELECT 1 FROM opinions a WHERE a.region_id = g.id)"
         if opinion == "first"
         else f"{judged.format('<>')} AND NOT {judged.format('=')}"
     )
@@ -79,7 +80,7 @@ def list_doubtful(
                 t.annotator_id IS NOT NULL AS drawn
             FROM regions g JOIN pairs p ON p.id = g.pair_id JOIN splits s ON s.id = p.split_id
             LEFT JOIN ground_truth t ON t.pair_id = g.pair_id
-            WHERE g.run_id = :run AND {waits}
+            WHERE g.run_id = :run AND g.{NOT_SKIPPED} AND {waits}
         ), weighed AS (SELECT *, wrong_px - flipped_px AS gain_px FROM waiting)
         SELECT id, pair_id, split, pair, doi, gain_px, opposed FROM weighed
         ORDER BY {ORDERS[order]}, id LIMIT :limit

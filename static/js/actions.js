@@ -84,7 +84,7 @@ export function actionsOf(parts) {
     },
     smaller: () => setRadius(state.radius / 1.2 - 0.25),
     larger: () => setRadius(state.radius * 1.2 + 0.25),
-    undo: () => desk.step("undo"),
+    undo: () => modes.takeBack(),
     redo: () => desk.step("redo"),
     cancel: () => desk.cancel(),
     take: () => parts.takePrediction(),
@@ -110,15 +110,13 @@ export function actionsOf(parts) {
     "next-proposal": () => walk(1),
     "previous-proposal": () => walk(-1),
     source: () => { side.nextSource(); parts.settings(); return side.load(); },
-    ...Object.fromEntries(["agree", "adopt", "keep", "reject"].map((verdict) => [verdict, async () => {
-      await modes.arrived();
-      if (await desk.verdict(verdict) && state.mode === "audit") return modes.step(1);
-    }])),
+    ...Object.fromEntries(["agree", "adopt", "keep", "reject"].map((verdict) => [verdict, () => modes.judge(verdict)])),
     ...Object.fromEntries([1, 2, 3, 4, 5].map((n) => [`reason-${n}`, () => side.reasons.pick(n - 1)])),
     submit: () => modes.submit(),
-    approve: () => desk.setState("approved"),
-    empty: () => { if (!state.locked) return desk.setState("confirmed_empty"); },
-    reopen: () => desk.setState("in_progress"),
+    approve: () => modes.approve(),
+    empty: () => modes.confirmEmpty(),
+    skip: () => modes.skip(),
+    reopen: () => state.pair?.state === "skipped" ? modes.takeUp(state.pair.id) : desk.setState("in_progress"),
     next: () => modes.step(1),
     previous: () => modes.step(-1),
     side: () => {

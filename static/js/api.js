@@ -50,6 +50,8 @@ export const api = {
   putState: (id, state, revision, seconds) =>
     call(`/api/pairs/${id}/state`, send("PUT", { state, active_seconds: Math.round(seconds * 10) / 10 },
       revision === null ? {} : { "If-Match": `"${revision}"` })),
+  /** @param {number} id @param {string | null} run whose regions are rejected @param {boolean} skipped */
+  skip: (id, run, skipped) => call(`/api/pairs/${id}/skip`, send("PUT", { run, skipped })),
   me: () => call("/api/me"),
   /** @param {number} id */
   revisions: (id) => call(`/api/pairs/${id}/revisions`),
@@ -90,6 +92,8 @@ export const api = {
   label: (id, run, number, label) => call(`/api/pairs/${id}/labels/${number}`, send("PUT", { run, label })),
   /** @param {number} region @param {string} verdict @param {{reason: string, comment: string}} why */
   audit: (region, verdict, why) => call(`/api/regions/${region}/audit`, send("POST", { verdict, ...why })),
+  /** @param {number} audit @param {boolean} stands false takes the verdict back */
+  standing: (audit, stands) => call(`/api/audits/${audit}`, send("PUT", { stands })),
   /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer
    * @param {boolean} [judged] with people's verdicts */
   layerUrl: (pair, layer, judged = true) => {

@@ -29,6 +29,21 @@ export class AuditWalk {
     return this.stops[place];
   }
 
+  /** Go to a region that the walk has. @param {number} region @returns {Stop | null} */
+  find(region) {
+    const place = this.stops.findIndex((stop) => stop.region === region);
+    if (place < 0) return null;
+    this.place = place;
+    return this.stops[place];
+  }
+
+  /** Leave out the regions of a pair. @param {number} pair */
+  leave(pair) {
+    const kept = (/** @type {Stop} */ stop) => stop.pair !== pair;
+    this.place = this.stops.slice(0, this.place + 1).filter(kept).length - 1;
+    this.stops = this.stops.filter(kept);
+  }
+
   /** "3 of 120", and why this one comes here @returns {string} */
   get progress() {
     const stop = this.stops[this.place];

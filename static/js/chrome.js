@@ -13,6 +13,7 @@ const STATES = {
   submitted: "submitted",
   approved: "approved",
   confirmed_empty: "confirmed empty",
+  skipped: "skipped",
 };
 export const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
 
@@ -56,8 +57,9 @@ export function showHeader(state) {
   $("standing").textContent = standing(pair.truth, state.revision, state.annotator);
   $("standing").title = $("standing").textContent;
   $("run").value = state.run ?? "";
+  $("skip").hidden = !pair.doubt;
   for (const [action, off] of Object.entries({ submit: state.locked && !state.reviewing, empty: state.locked,
-    approve: pair.state === "approved", reopen: !state.locked, take: state.locked || state.blind })) {
+    approve: ["approved", "skipped"].includes(pair.state), skip: state.locked, reopen: !state.locked, take: state.locked || state.blind })) {
     for (const button of document.querySelectorAll(`button[data-action="${action}"]`)) {
       /** @type {HTMLButtonElement} */ (button).disabled = off;
     }
@@ -70,7 +72,8 @@ export function showFacts(state) {
   if (!pair) return;
   const facts = [`${pair.width}×${pair.height}`, `mask ${area.mask} px`, `revision ${state.revision}`];
   if (area.ignore) facts.splice(2, 0, `ill-posed ${area.ignore} px`);
-  if (pair.alignment) facts.push(alignmentFact(pair.alignment));
+  if (pair.doubt) facts.push(`⚠ in doubt: ${pair.doubt}`);
+  else if (pair.alignment) facts.push(alignmentFact(pair.alignment));
   const { candidate } = state;
   if (candidate?.count) facts.unshift(`candidate ${candidate.index + 1} of ${candidate.count}, score ${candidate.score.toFixed(2)}`);
   $("facts").textContent = facts.join("   ·   ");
@@ -84,7 +87,7 @@ function alignmentFact(found) {
   const parts = [`warp ${Math.round(found.valid_fraction * 100)} % valid`,
     `difference ${found.residual_before.toFixed(1)} → ${found.residual_after.toFixed(1)}`];
   if (found.backward_px !== null) parts.push(`there and back ${found.backward_px.toFixed(1)} px`);
-  return found.doubt ? `⚠ badly aligned: ${found.doubt}` : parts.join(", ");
+  return parts.join(", ");
 }
 
 /** @param {string} status @param {string} detail */
@@ -100,11 +103,19 @@ export function waiting(text) {
 }
 
 let noticeTimer = 0;
-/** @param {string} text @param {boolean} [bad] */
-export function notice(text, bad = false) {
-  $("notice").textContent = text;
+/** @param {string} text @param {boolean} [bad]
+ * @param {{title: string, act: () => unknown}} [offer] what a button beside the text does */
+export function notice(text, bad = false, offer) {
+  const hide = () => { $("notice").hidden = true; };
+  $("notice").replaceChildren(text);
+  if (offer) {
+    const button = document.createElement("button");
+    button.textContent = offer.title;
+    button.onclick = () => { hide(); offer.act(); };
+    $("notice").append(button);
+  }
   $("notice").dataset.kind = bad ? "bad" : "";
   $("notice").hidden = false;
   clearTimeout(noticeTimer);
-  noticeTimer = window.setTimeout(() => { $("notice").hidden = true; }, bad ? 8000 : 3500);
+  noticeTimer = window.setTimeout(hide, bad || offer ? 8000 : 3500);
 }

@@ -1,5 +1,5 @@
 /**
- * One open pair: loads it, edits its two layers, saves them, gives verdicts, sets its state.
+ * One open pair: loads it, edits its two layers, saves them, sets its state.
  * Everything that happens to the state happens here; `main` wires it to the page.
  * @typedef {import("./state.js").State} State
  * @typedef {import("./history.js").Layer} Layer
@@ -10,6 +10,7 @@ import { Activity } from "./activity.js";
 import { api, ApiError } from "./api.js";
 import { History } from "./history.js";
 import { APPLY } from "./proposals.js";
+import { askClick, edgePath } from "./questions.js";
 import { emptyMask } from "./raster.js";
 import { decode, encode } from "./rle.js";
 import { RleCache } from "./rle_cache.js";
@@ -18,6 +19,7 @@ import { Brush } from "./tools/brush.js";
 import { Bucket } from "./tools/bucket.js";
 import { Magnetic } from "./tools/magnetic.js";
 import { Pointing } from "./tools/pointing.js";
+import { Verdicts } from "./verdicts.js";
 
 /** @type {Layer[]} */
 const LAYERS = ["mask", "ignore"];
@@ -40,6 +42,7 @@ export class PairDesk {
     this.masks = { mask: emptyMask(1, 1), ignore: emptyMask(1, 1) };
     this.runs = { mask: new RleCache(), ignore: new RleCache() };
     this.history = new History();
+    this.verdicts = new Verdicts(this);
     this.activity = new Activity(() => performance.now() / 1000);
     /** Names this window among the person's others, so that its newer clicks drop its older. */
     this.client = saver.tab;
@@ -49,11 +52,11 @@ export class PairDesk {
       eraser: new Brush(0),
       polygon: new Area("polygon"),
       lasso: new Area("lasso"),
-      magnetic: new Magnetic((from, to) => this.edgePath(from, to), () => this.sketch()),
+      magnetic: new Magnetic((from, to) => edgePath(state, from, to), () => this.sketch()),
       box: new Area("box"),
       fill: new Bucket(() => on.pixels(), () => state.tolerance),
     };
-    this.pointing = new Pointing({ ask: (body, signal) => this.ask(body, signal),
+    this.pointing = new Pointing({ ask: (body, signal) => askClick(state, this.client, body, signal),
       changed: () => this.showCandidate(), notice: on.notice, waiting: on.waiting });
     this.request = 0;
     this.options = { radius: 1, subtract: false, line: false, scale: 1 };
@@ -74,6 +77,7 @@ export class PairDesk {
   async open(id, run) {
     const request = ++this.request;
     this.wanted = id;
+    await this.verdicts.settled();
     const [pair, reply] = await Promise.all([api.pair(id, run), this.newestMask(id)]);
     if (request !== this.request) return false;
     const unsent = this.saver.unsent(id);
@@ -133,7 +137,7 @@ export class PairDesk {
     if (pair && this.state.locked) {
       this.on.notice(`This pair is ${pair.state.replace("_", " ")}. Press ${this.on.shown("reopen")} to reopen it.`);
     }
-    return pair !== null && !this.state.locked;
+    return pair !== null && !this.state.locked && !this.verdicts.stepping;
   }
 
   /** @param {{x: number, y: number}} at in the image of the pane
@@ -230,16 +234,23 @@ export class PairDesk {
     if (box) this.on.mask(this.state.target, box);
   }
 
-  /** @param {"undo" | "redo"} way */
-  step(way) {
-    if (this.state.locked || this.active) return;
-    const patch = this.history[way](this.masks);
-    if (!patch) return;
+  /** @param {"undo" | "redo"} way @returns {Promise<import("./history.js").Entry | null>} what was
+   * taken back or done again */
+  async step(way) {
+    const patch = this.history.next(way);
+    if (!patch || this.active || this.verdicts.stepping) return null;
+    if ("audit" in patch) {
+      await this.verdicts.step(way, patch);
+      return patch;
+    }
+    if (this.state.locked) return null;
+    this.history[way](this.masks);
     this.runs[patch.layer].touch(this.masks[patch.layer], patch.box);
     this.on.mask(patch.layer, patch.box);
     const { tool, proposal } = /** @type {Action} */ (patch.action);
     this.save({ tool: way, of: tool, ...(proposal ? { proposal } : {}) }, patch.layer, null);
     if (proposal) this.on.judged();
+    return patch;
   }
 
   /** Note what an action did to a layer: one entry of the history, one save.
@@ -303,42 +314,35 @@ export class PairDesk {
     this.on.candidate();
   }
 
-  /** @param {object} body @param {AbortSignal} signal */
-  ask(body, signal) {
-    const { pair } = this.state;
-    if (!pair) return Promise.reject(new Error("no pair is open"));
-    return api.click(pair.id, { client: this.client, run: pair.run, ...body }, signal);
-  }
-
-  /** @param {{x: number, y: number}} from @param {{x: number, y: number}} to */
-  async edgePath(from, to) {
-    const { pair } = this.state;
-    if (!pair) return [to];
-    const { points } = await api.edgePath(pair, from, to);
-    return points.map((/** @type {number[]} */ [x, y]) => ({ x: x + 0.5, y: y + 0.5 }));
-  }
-
   /** Hand the layers in. @param {Action} action @param {Layer} layer which the action drew
    * @param {import("./history.js").Patch | null} patch new in the history */
   save(action, layer, patch) {
     const { pair, revision, mode } = this.state;
     if (!pair) return;
-    const counts = this.runs.mask.encode(this.masks.mask);
-    const ignored = this.masks.ignore.data.includes(1) ? this.runs.ignore.encode(this.masks.ignore) : "";
-    const { done, undone } = this.history;
-    const head = { done: done.length, total: done.length + undone.length, mask: counts, ignore: ignored };
-    this.saver.journal?.remember(pair.id, head, patch).catch((error) => this.on.notice(String(error), true));
+    const { mask, ignore } = this.remember(patch);
     this.saver.save({
       id: pair.id,
       revision,
       width: pair.width,
       height: pair.height,
-      counts,
+      counts: mask,
       // An empty layer is sent as such, so that it clears what was there.
-      ignore: layer === "ignore" ? ignored || encode(emptyMask(pair.width, pair.height)) : null,
+      ignore: layer === "ignore" ? ignore || encode(emptyMask(pair.width, pair.height)) : null,
       log: [mode === "correct" ? action : { ...action, mode }],
       seconds: this.activity.take(),
     });
+  }
+
+  /** Keep where the history stands, for after a reload.
+   * @param {import("./history.js").Entry | null} entry new in it @returns {import("./journal.js").Head} */
+  remember(entry) {
+    const mask = this.runs.mask.encode(this.masks.mask);
+    const ignore = this.masks.ignore.data.includes(1) ? this.runs.ignore.encode(this.masks.ignore) : "";
+    const { done, undone } = this.history;
+    const head = { done: done.length, total: done.length + undone.length, mask, ignore };
+    const { pair } = this.state;
+    if (pair) this.saver.journal?.remember(pair.id, head, entry).catch((error) => this.on.notice(String(error), true));
+    return head;
   }
 
   /** The store has a mask. @param {number} id @param {number} revision */
@@ -348,19 +352,6 @@ export class PairDesk {
     state.revision = revision;
     if (state.pair.state === "todo") state.pair.state = "in_progress";
     this.on.saved();
-  }
-
-  /** @param {string} verdict @returns {Promise<boolean>} whether it was given */
-  async verdict(verdict) {
-    const { region } = this.state;
-    if (!region || (verdict === "adopt" && !region.has_object)) {
-      this.on.notice(region ? "This region has no object that could be adopted." : "Select a DoI region first: press Tab.");
-      return false;
-    }
-    const fresh = await api.audit(region.id, verdict, this.on.why(region.id));
-    this.on.given(region.id);
-    if (fresh.run === this.state.run) this.accept(fresh);
-    return true;
   }
 
   /** @param {string} next @returns {Promise<boolean>} whether the state was set */

@@ -1,16 +1,17 @@
 /**
  * Undo and redo: two stacks of patches, one entry an action. A patch holds which pixels of its box
  * flipped, a bit each, so taking it back and doing it again are the same work, and unlimited
- * entries are cheap to keep.
+ * entries are cheap to keep. A verdict is an entry too: it flips nothing here.
  * @typedef {import("./raster.js").Mask} Mask
  * @typedef {import("./raster.js").Box} Box
  * @typedef {"mask" | "ignore"} Layer
  * @typedef {Record<Layer, Mask>} Masks
  * @typedef {{layer: Layer, box: Box, flips: Uint8Array, action: {tool: string}}} Patch
+ * @typedef {Patch | import("./verdicts.js").Judged} Entry
  */
 
 export class History {
-  /** @param {Patch[]} [done] @param {Patch[]} [undone] */
+  /** @param {Entry[]} [done] @param {Entry[]} [undone] */
   constructor(done = [], undone = []) {
     this.done = done;
     this.undone = undone;
@@ -24,29 +25,39 @@ export class History {
     const changed = box && tight(before, mask, box);
     if (!changed) return null;
     const patch = { layer, box: changed, flips: difference(before, mask, changed), action };
-    this.done.push(patch);
-    this.undone = [];
+    this.push(patch);
     return patch;
   }
 
-  /** @param {Masks} masks @returns {Patch | null} the patch that was taken back */
+  /** Note what drew nothing. @param {Entry} entry */
+  push(entry) {
+    this.done.push(entry);
+    this.undone = [];
+  }
+
+  /** Return what would be taken back, or done again, next. @param {"undo" | "redo"} way */
+  next(way) {
+    return (way === "undo" ? this.done : this.undone).at(-1) ?? null;
+  }
+
+  /** @param {Masks} masks @returns {Entry | null} the entry that was taken back */
   undo(masks) {
     return move(this.done, this.undone, masks);
   }
 
-  /** @param {Masks} masks @returns {Patch | null} the patch that was done again */
+  /** @param {Masks} masks @returns {Entry | null} the entry that was done again */
   redo(masks) {
     return move(this.undone, this.done, masks);
   }
 }
 
-/** @param {Patch[]} from @param {Patch[]} to @param {Masks} masks */
+/** @param {Entry[]} from @param {Entry[]} to @param {Masks} masks */
 function move(from, to, masks) {
-  const patch = from.pop();
-  if (!patch) return null;
-  flip(masks[patch.layer], patch);
-  to.push(patch);
-  return patch;
+  const entry = from.pop();
+  if (!entry) return null;
+  if ("flips" in entry) flip(masks[entry.layer], entry);
+  to.push(entry);
+  return entry;
 }
 
 /** Flip the pixels of a patch. @param {Mask} mask @param {Patch} patch */

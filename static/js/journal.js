@@ -2,7 +2,7 @@
  * What must survive a reload or a crash, in IndexedDB, a database for each person and store: the
  * queue of actions that the server has not acknowledged, in order, and the undo history of pairs.
  * @typedef {import("./saver.js").Change} Change
- * @typedef {import("./history.js").Patch} Patch
+ * @typedef {import("./history.js").Entry} Entry
  * @typedef {{done: number, total: number, mask: string, ignore: string}} Head where a pair's history
  *   stands, and the run-lengths of its layers there
  */
@@ -42,8 +42,8 @@ export class Journal {
     return this.write(["queue"], (store) => changes.forEach(({ seq, tab }) => store("queue").delete([seq, tab])));
   }
 
-  /** Keep where a pair's history stands, and its newest patch; what was undone before is gone.
-   * @param {number} pair @param {Head} head @param {Patch | null} patch */
+  /** Keep where a pair's history stands, and its newest entry; what was undone before is gone.
+   * @param {number} pair @param {Head} head @param {Entry | null} patch */
   remember(pair, head, patch) {
     return this.write(["patches", "heads"], (store) => {
       if (patch) {
@@ -56,7 +56,7 @@ export class Journal {
 
   /** Return the history of a pair, if it led to these layers; one that led elsewhere is dropped.
    * @param {number} pair @param {string} mask @param {string} ignore run-lengths
-   * @returns {Promise<{done: Patch[], undone: Patch[]}>} */
+   * @returns {Promise<{done: Entry[], undone: Entry[]}>} */
   async recall(pair, mask, ignore) {
     const transaction = this.db.transaction(["patches", "heads"]);
     const range = IDBKeyRange.bound([pair, 0], [pair, Infinity]);

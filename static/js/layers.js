@@ -21,6 +21,18 @@ export const LAYERS = {
   ignore: { title: "Ill-posed alone", base: "", mask: "ignore" },
 };
 
+/** What a pane says of a pair in doubt: where the warp, or what followed from it, is shown.
+ * @param {string} wanted the layer that the pane is set to @param {string} shown
+ * @param {string} doubt @returns {string} "" for nothing */
+export function doubtOf(wanted, shown, doubt) {
+  if (!doubt) return "";
+  const [first, ...more] = doubt.split("; ");
+  const reasons = first + (more.length ? `, and ${more.length} more reason${more.length > 1 ? "s" : ""}` : "");
+  if (wanted !== shown) return `Reference as taken: the warp is in doubt (${reasons})`;
+  const { base, machine } = LAYERS[shown];
+  return machine || base === "warped" || base === "difference" ? `In doubt: ${reasons}` : "";
+}
+
 /** Which picture a click in a pane of this layer means. @param {Layer} layer */
 export function pictureOf(layer) {
   if (layer.base === "reference") return "raw reference";

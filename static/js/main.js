@@ -19,6 +19,7 @@ import { area } from "./raster.js";
 import { Saver } from "./saver.js";
 import { Side } from "./side.js";
 import { State } from "./state.js";
+import { takePrediction } from "./taking.js";
 import { View } from "./view.js";
 
 // Colours that colour-blind people can tell apart (after Okabe and Ito).
@@ -58,10 +59,11 @@ const panes = new Panes($("panes"), choosePane, () => { if (state.fitted) fitAll
 const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pair, layer, !state.second) : "";
 const view = new View(state, panes, masks, pictures, url);
 const modes = new Modes(state, desk, side, { open, settings, notice, shown: (action) => keymap.shown(action),
-  reveal: () => state.reveal(localStorage, person), redraw: () => showPair(false),
+  reveal: () => state.reveal(localStorage, person), attempt, redraw: () => showPair(false),
   next: (by) => { clearTimeout(showing); return socket.send({ type: "step", by }); } });
 const actions = actionsOf({ state, desk, side, modes, pressAt, settings, redraw: () => view.ask(), fitAll,
-  fitProposal: () => showSelected(true), takePrediction, notice,
+  fitProposal: () => showSelected(true), notice,
+  takePrediction: () => takePrediction(desk, url("prediction")),
   theme: () => { state.dark = !state.dark; settings(); socket.send({ type: "theme", dark: state.dark }); },
   help: () => { $("help").open ? $("help").close() : $("help").showModal(); } });
 const socket = openDesk(new URLSearchParams(location.search).get("client") ?? "", receive);
@@ -261,24 +263,8 @@ async function loadAhead(id) {
 
 /** @param {number} index @param {string} layer */
 function choosePane(index, layer) {
-  state.layers[index] = layer;
+  state.showLayer(index, layer);
   settings();
-}
-
-async function takePrediction() {
-  const { pair } = state;
-  if (!pair || !desk.editable) return;
-  if (state.blind) return notice("The prediction is hidden until you have submitted.");
-  if (!pair.layers.includes("prediction")) return notice("This run has no prediction for the pair yet.", true);
-  const reply = await fetch(url("prediction"), { credentials: "same-origin" });
-  if (!reply.ok) throw new Error((await reply.json()).detail);
-  const bitmap = await createImageBitmap(await reply.blob(), { premultiplyAlpha: "none" });
-  const context = new OffscreenCanvas(pair.width, pair.height).getContext("2d");
-  context?.drawImage(bitmap, 0, 0);
-  const pixels = context?.getImageData(0, 0, pair.width, pair.height).data ?? [];
-  if (state.pair?.id !== pair.id || state.locked || desk.active) return;
-  const taken = Uint8Array.from({ length: pair.width * pair.height }, (_, i) => (pixels[4 * i + 3] ? 1 : 0));
-  desk.replace("mask", taken, { tool: "take prediction" });
 }
 
 /** Use the tool where the cursor is, from the keyboard. @param {boolean} other take away */
@@ -305,7 +291,7 @@ function act(action, down = true) {
 }
 
 /** @param {number} index which pane */
-const pictureIn = (index) => pictureOf(LAYERS[state.layers[index]]);
+const pictureIn = (index) => pictureOf(LAYERS[state.shownLayers[index]]);
 
 for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "brightness", "contrast"])) {
   $(name).oninput = () => { state[name] = Number($(name).value); settings(); };

@@ -2,10 +2,12 @@
  * How a person works through the pairs: correct, blind first, audit. What "submit" and "next" mean
  * in each.
  * @typedef {{open: (id: number, run: string | null) => Promise<void>, settings: () => void,
- *   notice: (text: string, bad?: boolean) => void, shown: (action: string) => string,
+ *   notice: (text: string, bad?: boolean, offer?: {title: string, act: () => unknown}) => void,
+ *   attempt: (work: unknown) => void, shown: (action: string) => string,
  *   reveal: () => void, redraw: () => void, next: (by: 1 | -1) => boolean}} Parts
  *   next: ask for the pair after or before, false when the server cannot be reached
  */
+import { api } from "./api.js";
 import { AuditWalk } from "./audit_walk.js";
 import { $, waiting } from "./chrome.js";
 
@@ -22,6 +24,10 @@ export class Modes {
     this.walk = new AuditWalk();
     /** @type {Promise<unknown>} the way to a region in doubt */
     this.moving = Promise.resolve();
+    /** The region judged last, which the walk has left: where undo goes back to, as long as nothing
+     * was done on the pair that came next.
+     * @type {{region: number, history: import("./history.js").History, length: number} | null} */
+    this.left = null;
   }
 
   /** @param {string} mode */
@@ -42,13 +48,36 @@ export class Modes {
     parts.redraw();
   }
 
-  /** Enter: finish what is in the air; else submit. In blind mode the disagreements come first. */
+  /** Enter: finish what is in the air; else submit, and go on. */
   async submit() {
-    const { state, desk, side, parts } = this;
+    const { desk } = this;
     if (desk.pointing.open || desk.active) return desk.finish();
-    if (state.locked) return state.reviewing ? this.step(1) : undefined;
+    return this.close("submitted");
+  }
+
+  /** Confirm that nothing changed, and go on. */
+  confirmEmpty() {
+    return this.close("confirmed_empty");
+  }
+
+  /** Approve, what is submitted already too, and go on. */
+  approve() {
+    return this.state.pair?.state === "skipped" ? this.desk.editable : this.settle("approved");
+  }
+
+  /** Set a state that a finished pair keeps; a pair that is reviewed is left.
+   * @param {string} next */
+  async close(next) {
+    const { state } = this;
+    if (!state.locked) return this.settle(next);
+    if (state.reviewing) return this.step(1);
+  }
+
+  /** Set a state and go on; in blind mode the disagreements come first. @param {string} next */
+  async settle(next) {
+    const { state, desk, side, parts } = this;
     const { blind } = state;
-    if (!await desk.setState("submitted")) return;
+    if (!await desk.setState(next)) return;
     if (!blind) return this.step(1);
     parts.reveal();
     await side.load();
@@ -59,17 +88,74 @@ export class Modes {
       + `Look; reopen (${parts.shown("reopen").toUpperCase()}) to change the mask.`);
   }
 
+  /** The pair cannot be compared: skip it, and go on; the notice offers the way back. */
+  async skip() {
+    const { desk, state, walk, parts } = this;
+    const { pair } = state;
+    if (!pair || !desk.editable) return;
+    desk.finish();
+    await desk.verdicts.settled();
+    const fresh = await api.skip(pair.id, pair.run, true);
+    desk.accept(fresh);
+    desk.on.changed();
+    walk.leave(pair.id);
+    await this.step(1);
+    const count = fresh.regions.length;
+    const rejected = count ? `: ${count} region${count > 1 ? "s" : ""} rejected` : "";
+    parts.notice(`${pair.split}/${pair.name} is skipped as badly aligned${rejected}.`, false,
+      { title: "Undo", act: () => parts.attempt(this.takeUp(pair.id)) });
+  }
+
+  /** Take a skipped pair up again. @param {number} id */
+  async takeUp(id) {
+    const { desk, state, parts } = this;
+    const fresh = await api.skip(id, state.run, false);
+    if (state.pair?.id === id) desk.accept(fresh);
+    else await parts.open(id, state.run);
+    desk.on.changed();
+  }
+
   /** @param {1 | -1} by */
   async step(by) {
     if (this.state.mode === "audit") return (this.moving = this.walkOn(by));
     if (!this.parts.next(by)) this.parts.notice("The server cannot be reached just now.", true);
   }
 
+  /** Give a verdict on the selected region; the audit walks on. @param {string} verdict */
+  async judge(verdict) {
+    const { desk, state } = this;
+    await this.arrived();
+    const { region } = state;
+    if (!await desk.verdicts.give(verdict) || !region || state.mode !== "audit") return;
+    await this.step(1);
+    this.left = { region: region.id, history: desk.history, length: desk.history.done.length };
+  }
+
+  /** Undo what was done last: in the audit that may be a verdict on a pair that the walk has left. */
+  async takeBack() {
+    const { desk, state, walk } = this;
+    await this.arrived();
+    const { left } = this;
+    const walked = state.mode === "audit";
+    const untouched = left?.history === desk.history && left.length === desk.history.done.length;
+    const back = walked && left && untouched ? walk.find(left.region) : null;
+    this.left = null;
+    if (back) await this.show(back);
+    const entry = await desk.step("undo");
+    const again = walked && entry && "audit" in entry ? walk.find(entry.region) : null;
+    if (again) await this.show(again);
+  }
+
   /** Go to the next region in doubt, on whichever pair. @param {1 | -1} by */
   async walkOn(by) {
+    const stop = this.walk.step(by);
+    if (stop) return this.show(stop);
+    this.parts.notice(by > 0 ? "This was the last region in doubt." : "This is the first region of the walk.");
+  }
+
+  /** Show a region of the walk. @param {import("./audit_walk.js").Stop} stop */
+  async show(stop) {
     const { walk, state, side, parts } = this;
-    const stop = walk.step(by);
-    if (!stop) return parts.notice(by > 0 ? "This was the last region in doubt." : "This is the first region of the walk.");
     $("walk").textContent = walk.progress;
     if (stop.pair !== state.pair?.id) await parts.open(stop.pair, walk.run);
     await side.load();

@@ -92,7 +92,7 @@ export class Side {
     if (!pair) return;
     drawProposals($("proposal-list"), state.proposals, state.regions, state.selected, {
       select: (key) => this.select(key, true),
-      verdict: (key, verdict) => { this.select(key, false); on.attempt(this.desk.verdict(verdict)); },
+      verdict: (key, verdict) => { this.select(key, false); on.attempt(this.desk.verdicts.give(verdict)); },
       apply: (key, way) => { this.select(key, false); on.attempt(this.desk.apply(way)); },
       shown: on.shown,
     });

@@ -6,7 +6,7 @@
  * @typedef {{x: number, y: number}} Point
  * @typedef {{id: number, choice: string, number: number, label: string, f_b: number,
  *   iou: number, doi: number, inspect: boolean, reason: string, box_xyxy: number[] | null,
- *   overlap_px: number, f_if: Record<string, number>, has_object: boolean, verdict: string | null, audited_by: string | null,
+ *   overlap_px: number, f_if: Record<string, number | null>, has_object: boolean, verdict: string | null, audited_by: string | null,
  *   verdict_reason: string, comment: string}} Region
  * @typedef {{key: string, source: string, run: string, number: number, label: string,
  *   score: number | null, region_id: number | null, area: number, box_xyxy: number[],
@@ -14,9 +14,9 @@
  * @typedef {{id: number, split: string, name: string, width: number, height: number,
  *   revision: number, state: string, truth: import("./standing.js").Truth | null,
  *   run: string | null, layers: string[], version: string,
- *   regions: Region[], scores: Record<string, {precision: number, recall: number, f_score: number}>,
+ *   regions: Region[], scores: Record<string, import("./panels/proposal_list.js").Score>,
  *   alignment: {valid_fraction: number, residual_before: number, residual_after: number,
- *   backward_px: number | null, doubt: string} | null, reads_labels: boolean,
+ *   backward_px: number | null, doubt: string} | null, doubt: string, reads_labels: boolean,
  *   labels: import("./panels/label_list.js").Label[]}} Pair
  * @typedef {{points: {x: number, y: number, positive: boolean}[], box: number[] | null,
  *   count: number, index: number, score: number}} Candidate what a click tool shows
@@ -41,7 +41,7 @@ const DEFAULTS = {
   layers: ["warped", "live", "detector", "objects_live", "doi", "prediction"],
 };
 const KEPT = /** @type {(keyof typeof DEFAULTS)[]} */ (Object.keys(DEFAULTS));
-const FINISHED = ["submitted", "approved", "confirmed_empty"];
+const FINISHED = ["submitted", "approved", "confirmed_empty", "skipped"];
 const MOST_REVEALED = 5000;
 
 export class State {
@@ -67,6 +67,8 @@ export class State {
     /** Keys that the person changed, by action. */
     this.keys = { ...DEFAULTS.keys };
     this.layers = [...DEFAULTS.layers];
+    /** The pair in doubt whose warp the person wants to see all the same. @type {number | null} */
+    this.warpWanted = null;
     /** @type {Pair | null} */
     this.pair = null;
     /** @type {ViewState} */
@@ -97,6 +99,25 @@ export class State {
     this.hidden = false;
     /** Pairs whose blind phase is over for this person, newest last. @type {number[]} */
     this.revealed = [];
+  }
+
+  /** The layer that stands for the reference: as it was taken, where the warp is in doubt.
+   * @returns {"warped" | "reference"} */
+  get past() {
+    return this.pair?.doubt && this.warpWanted !== this.pair.id ? "reference" : "warped";
+  }
+
+  /** The layers as the panes show them. */
+  get shownLayers() {
+    return this.layers.map((layer) => (layer === "warped" ? this.past : layer));
+  }
+
+  /** Show a layer in a pane. Going back from a doubtful warp changes nothing for other pairs.
+   * @param {number} index @param {string} layer */
+  showLayer(index, layer) {
+    const back = layer === "reference" && this.layers[index] === "warped" && this.warpWanted === this.pair?.id;
+    if (!back) this.layers[index] = layer;
+    if (back || layer === "warped") this.warpWanted = back ? null : this.pair?.id ?? null;
   }
 
   get locked() {

@@ -6,7 +6,7 @@
  * @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Context
  */
 import { toScreen } from "./geometry.js";
-import { LAYERS } from "./layers.js";
+import { doubtOf, LAYERS } from "./layers.js";
 
 const BLINK_MS = 320;
 const CALM_MS = 140;
@@ -58,7 +58,11 @@ export class View {
       this.calm = setTimeout(() => this.ask(), CALM_MS + 20);
     }
     const rough = state.drawing || now - this.changed < CALM_MS;
-    const complete = panes.items.map((item, index) => this.drawPane(item, state.layers[index], reference, rough));
+    const shown = state.shownLayers;
+    const complete = panes.items.map((item, index) => {
+      const doubt = doubtOf(state.layers[index], shown[index], state.pair?.doubt ?? "");
+      return this.drawPane(item, shown[index], reference, rough, doubt);
+    });
     // For scripts that look on: where the view is, and the pair once all of its pictures are drawn.
     const { scale, x, y } = state.view;
     panes.root.dataset.view = `${scale} ${x} ${y}`;
@@ -70,8 +74,9 @@ export class View {
    * under the cursor too, once the masks are still: a stroke then costs a copy of the pane and the
    * mask, and a moving pointer costs a copy.
    * @param {import("./panes.js").Pane} item @param {string} name @param {boolean} reference
-   * @param {boolean} rough something changes just now @returns {boolean} whether all of its pictures were there */
-  drawPane(item, name, reference, rough) {
+   * @param {boolean} rough something changes just now @param {string} doubt what to say of the pair
+   * @returns {boolean} whether all of its pictures were there */
+  drawPane(item, name, reference, rough, doubt) {
     const { state, panes } = this;
     const context = item.canvas.getContext("2d", { alpha: false });
     if (!context || !state.pair) return false;
@@ -95,7 +100,10 @@ export class View {
       context.setTransform(...place);
     }
     this.drawMarks(context, scale);
-    if (item.note.textContent !== ground.note) item.note.textContent = ground.note;
+    if (item.select.value !== name) item.select.value = name;
+    const note = ground.note || doubt;
+    if (item.note.textContent !== note) item.note.textContent = note;
+    item.note.classList.toggle("doubt", !ground.note);
     return ground.complete;
   }
 
@@ -128,8 +136,8 @@ export class View {
     const { layers, width, height } = /** @type {import("./state.js").Pair} */ (state.pair);
     const available = [layer.base, layer.overlay].every((l) => !l || layers.includes(l));
     const unseen = Boolean(layer.machine) && state.blind;
-    const swap = reference && layer.base === "live" && layers.includes("warped");
-    const wanted = [swap ? "warped" : layer.base, state.hidden || unseen ? "" : layer.overlay ?? ""];
+    const swap = reference && layer.base === "live" && layers.includes(state.past);
+    const wanted = [swap ? state.past : layer.base, state.hidden || unseen ? "" : layer.overlay ?? ""];
     const [base, overlay] = wanted.map((l) => (l && available ? this.pictures.get(this.url(l)) : null));
     const key = [place, item.canvas.width, item.canvas.height, state.opacity, state.brightness, state.contrast,
       state.dark, layer.dim, wanted.map(this.url), Boolean(base?.bitmap), Boolean(overlay?.bitmap)].join();
@@ -196,12 +204,12 @@ export class View {
     context.globalAlpha = 1;
   }
 
-  /** The warped reference left of the cursor, and the line between the two.
+  /** The reference left of the cursor, and the line between the two.
    * @param {CanvasRenderingContext2D} context @param {number} scale */
   drawSwipe(context, scale) {
-    const { pair, cursor } = this.state;
-    if (!pair || !cursor || !pair.layers.includes("warped")) return;
-    const { bitmap } = this.pictures.get(this.url("warped"));
+    const { pair, cursor, past } = this.state;
+    if (!pair || !cursor || !pair.layers.includes(past)) return;
+    const { bitmap } = this.pictures.get(this.url(past));
     if (!bitmap) return;
     const x = Math.min(Math.max(cursor.x, 0), pair.width);
     const share = x / pair.width;

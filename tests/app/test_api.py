@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.masks import decode_png, encode_png, encode_rle
+from reviewer.masks import decode_png, empty_rle, encode_png, encode_rle
 
 JSON = {"Accept": "application/json"}
 HERE = {"Origin": "http://localhost:8000", "Host": "localhost:8000"}
@@ -333,3 +333,11 @@ def test_f_of_the_pair_by_outcome_is_what_a_verdict_then_gives(client, db, run):
         assert found == pytest.approx(region["f_if"][verdict])
         again = client.get("/api/pairs/1").json()["regions"][0]["f_if"]
         assert again == pytest.approx(region["f_if"])
+
+
+def test_what_would_leave_a_pair_rightly_empty_has_no_f(client, db, run):
+    empty = {"height": 120, "width": 160, "counts": empty_rle(120, 160).counts}
+    client.put("/api/pairs/1/mask", json={"mask": empty}, headers={"If-Match": '"1"'})
+    client.put("/api/pairs/1/state", json={"state": "submitted"})
+    (region,) = client.get("/api/pairs/1").json()["regions"]
+    assert region["f_if"] == {"adopt": 0.0, "keep": 0.0, "reject": None}

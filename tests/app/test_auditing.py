@@ -1,6 +1,7 @@
 """The audit over HTTP: walks, verdicts with reasons, second opinions, the list of reasons."""
 
 from reviewer.editing.verdicts import give_verdict
+from reviewer.evaluation.counting import refresh_counts
 from reviewer.store.reasons import list_reasons
 from reviewer.store.reviews import annotator_id
 
@@ -58,3 +59,18 @@ def test_the_list_of_reasons_is_read_and_replaced(client, db, run):
     twice = client.put("/api/reasons", json={"reasons": ["a", "a"]})
     assert twice.status_code == 422 and "line 2: 'a' is there twice" in twice.json()["detail"]
     assert list_reasons(db) == ["too dark", "glass"]
+
+
+def test_a_verdict_is_taken_back_and_given_again_by_its_key(client, db, run):
+    refresh_counts(db)
+    region = walk(client)[0]["region"]
+    before = client.get("/api/pairs/1").json()
+    given = client.post(f"/api/regions/{region}/audit", json={"verdict": "reject"}).json()
+    path = f"/api/audits/{given['audit']}"
+    back = client.put(path, json={"stands": False}).json()
+    assert (back["regions"], back["scores"]) == (before["regions"], before["scores"])
+    again = client.put(path, json={"stands": True}).json()
+    assert (again["regions"], again["scores"]) == (given["regions"], given["scores"])
+    assert client.put("/api/audits/99", json={"stands": False}).status_code == 404
+    other = client.put(path, json={"stands": False}, headers={"X-Annotator": "Bob"})
+    assert other.status_code == 409 and "another person's" in other.json()["detail"]

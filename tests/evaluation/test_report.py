@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from reviewer.cli import app
 from reviewer.editing.commit import MaskEdit
+from reviewer.editing.skipping import skip_pair
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import NotFound
 from reviewer.evaluation.counting import refresh_counts
@@ -87,6 +88,14 @@ def test_the_report_holds_tables_plots_and_what_was_left_out(db, run, tiny_split
     assert len(re.findall('src="data:image/png;base64,', page)) == 4
     assert not re.search(r'(src|href)="(?!data:)', page) and "<script" not in page
     assert steps == ["counts", "objects and borders", run.name, "pictures"]
+
+
+def test_the_report_counts_the_pairs_that_were_skipped(db, run, tiny_split):
+    skip_pair(db, 1, annotator_id(db, "Ada"), run, "badly aligned")
+    page = report_page(db, None, Protocol(), lambda step: None)
+    assert (
+        "Left out: 1 pair skipped as badly aligned." in page and "ground truth of 2 pairs" in page
+    )
 
 
 def test_the_commands_write_both(db, run, tmp_path):

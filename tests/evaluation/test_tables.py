@@ -12,11 +12,12 @@ from scenes import write_split
 from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.editing.commit import MaskEdit
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.evaluation.tables import format_lines, table_lines
+from reviewer.evaluation.tables import format_lines, short_row, table_lines
 from reviewer.masks import encode_rle
 from reviewer.metrics import Counts
 from reviewer.pipeline.runner import prepare_run
 from reviewer.pipeline.settings import PipelineSettings
+from reviewer.records import Score
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import StoredIntegration
 from reviewer.store.results import StageResult, save_results
@@ -90,3 +91,15 @@ def test_the_table_is_written_in_every_format(db, scored):
     again = list(csv.DictReader(io.StringIO(format_lines(lines, "csv"))))
     assert [float(r["f_score"]) for r in again] == [r["f_score"] for r in rows]
     assert "| r | with DoI | **mean** | 3 |" in format_lines(lines, "markdown")
+
+
+def test_a_split_that_is_rightly_empty_has_a_dash_for_its_scores():
+    empty = Score("r", "doi", "cs1", 2, Counts(tn=900))
+    wrong = Score("r", "doi", "cs2", 2, Counts(fp=3, tn=900))
+    lines = table_lines([empty, wrong])
+    assert [short_row(line)["F"] for line in lines] == [None, 0.0, 0.0]
+    markdown = format_lines(lines, "markdown")
+    assert "| cs1 | 2 | – | – | – |" in markdown and "| cs2 | 2 | 0.0000 |" in markdown
+    assert "cs1 & 2 & – & – & –" in format_lines(lines, "latex")
+    assert r"\begin{tabular}{lllrrrr}" in format_lines(lines, "latex")
+    assert json.loads(format_lines(lines, "json"))[0]["f_score"] == 0.0

@@ -158,6 +158,37 @@ def test_a_region_may_be_rejected_and_nothing_else_is_new(db, run):
         db.write(lambda c: c.execute("UPDATE sqlite_master SET sql = '' WHERE name = 'regions'"))
 
 
+def test_older_results_are_doubted_by_what_was_kept_of_them(tmp_path):
+    known = load_migrations()._migrations
+    place = next(k for k, migration in enumerate(known) if migration.name == "m011_skips")
+    old = sqlite_utils.Database(tmp_path / "x.db")
+    for migration in known[:place]:
+        migration.fn(old)
+    old.execute("PRAGMA foreign_keys = OFF")
+    for pair, backward_px, doubt, area in (
+        (1, 2.34, "reaches 9% of the view", 20),
+        (2, None, "", 10),
+        (3, 4.0, "forward-backward error 4.0 px", 0),
+    ):
+        old.execute(
+            "INSERT INTO alignments VALUES (1, ?, x'00', 4, '04', 0.5, 9.0, 3.0, ?, ?)",
+            [pair, backward_px, doubt],
+        )
+        old.execute(
+            "INSERT INTO detections VALUES (1, ?, NULL, 0.5, 10, 10, '04', ?, 0, 0, 0, 0)",
+            [pair, area],
+        )
+    known[place].fn(old)
+    doubts = [[row["doubt"] for row in old.query(f"SELECT doubt FROM {table} ORDER BY pair_id")]
+              for table in ("alignments", "detections")]  # fmt: skip
+    assert doubts == [
+        ["reaches 9% of the view; forward-backward error 2.3 px", "",
+         "forward-backward error 4.0 px"],
+        ["20% of the picture is called changed", "", ""],
+    ]  # fmt: skip
+    old.conn.close()
+
+
 def test_every_table_is_strict(db):
     rows = db.read().execute(
         "SELECT sql FROM sqlite_master WHERE type = 'table' AND name NOT LIKE '%sqlite%'"

@@ -9,10 +9,11 @@ from reviewer.errors import InvalidInput
 from reviewer.evaluation.outcomes import refresh_terms
 from reviewer.masks import empty_rle
 from reviewer.store.audited import audit_rows
+from reviewer.store.audits import add_audit
 from reviewer.store.reasons import list_reasons, set_reasons
 from reviewer.store.regions import StoredIntegration, load_regions
 from reviewer.store.results import StageResult, save_results
-from reviewer.store.reviews import add_audit, annotator_id
+from reviewer.store.reviews import annotator_id
 from reviewer.store.revisions import add_revision
 from reviewer.store.walk import list_doubtful
 

@@ -1,29 +1,38 @@
 /**
- * A conflict: somebody else saved the pair meanwhile. Show where the two masks differ, and let the
- * person choose part by part. Both versions become part of the pair's history, and the merged one
- * comes after them.
+ * A conflict: somebody else saved the pair meanwhile. Show where the two versions of the mask and of
+ * the ill-posed pixels differ, and let the person choose part by part. Both versions become part of
+ * the pair's history, and the merged one comes after them.
  * @typedef {import("../raster.js").Mask} Mask
- * @typedef {{index: number, area: number, box: number[], mine: boolean}} Part
+ * @typedef {import("../merging.js").Part} Part
+ * @typedef {import("../merging.js").Compared} Compared
  */
 import { api } from "../api.js";
-import { label } from "../cleanup.js";
+import { compare, merge, partAt } from "../merging.js";
+import { emptyMask } from "../raster.js";
 import { decode, encode } from "../rle.js";
 
 const MINE = [86, 180, 233];
 const THEIRS = [230, 159, 0];
 const BOTH = [150, 158, 168];
+const HATCH_PX = 6;
 
 /** @param {number} id @param {string} name of the pair @param {import("../saver.js").Saver} saver
  * @param {ImageBitmap | null} picture of the live image @param {(id: number) => void} reopen */
 export async function showConflict(id, name, saver, picture, reopen) {
-  const mine = saver.unsent(id);
-  if (!mine) return;
+  const unsent = saver.unsent(id);
+  if (!unsent) return;
   const began = saver.base(id);
   const [theirs, base] = await Promise.all([api.mask(id), began ? api.revision(id, began) : null]);
-  const ours = decode(mine.counts, mine.width, mine.height);
-  const other = decode(theirs.mask.counts, mine.width, mine.height);
-  const { labels, parts } = differences(ours, other);
-  if (base) leaveTheirs(parts, labels, ours, decode(base.mask.counts, mine.width, mine.height));
+  const { width, height, counts, log, seconds } = unsent;
+  const read = (/** @type {string | null | undefined} */ text) => text ? decode(text, width, height) : emptyMask(width, height);
+  // Who drew no ill-posed pixels left them as they were.
+  const ignored = read(saver.unsentIgnore(id) ?? base?.ignore);
+  const layers = [
+    compare("mask", read(counts), read(theirs.mask.counts), base && read(base.mask.counts)),
+    compare("ignore", ignored, read(theirs.ignore), base && read(base.ignore)),
+  ];
+  const parts = layers.flatMap((compared) => compared.parts);
+  if (!parts.length) return saver.resolve(id, theirs.revision);
   const who = theirs.annotator ?? "an import";
   const canvas = /** @type {HTMLCanvasElement} */ (document.getElementById("conflict-picture"));
   const list = /** @type {HTMLElement} */ (document.getElementById("conflict-parts"));
@@ -31,14 +40,14 @@ export async function showConflict(id, name, saver, picture, reopen) {
     + `${theirs.revision} since. Choose part by part whose version holds.`);
   text("conflict-who", who);
   const draw = () => {
-    paint(canvas, picture, ours, other, labels, parts);
-    list.replaceChildren(...parts.map((part) => partRow(part, who, draw)));
+    paint(canvas, picture, layers);
+    list.replaceChildren(...parts.map((part, place) => partRow(part, place, who, draw)));
   };
   canvas.onclick = (event) => {
     const box = canvas.getBoundingClientRect();
-    const x = Math.floor(((event.clientX - box.left) / box.width) * ours.width);
-    const y = Math.floor(((event.clientY - box.top) / box.height) * ours.height);
-    const part = parts[labels[y * ours.width + x] - 1];
+    const x = Math.floor(((event.clientX - box.left) / box.width) * width);
+    const y = Math.floor(((event.clientY - box.top) / box.height) * height);
+    const part = layers.map((compared) => partAt(compared, y * width + x)).find(Boolean);
     if (part) part.mine = !part.mine;
     draw();
   };
@@ -50,52 +59,17 @@ export async function showConflict(id, name, saver, picture, reopen) {
   }
   draw();
   await decided();
-  // Mine goes on top of theirs, and the merged mask on top of both.
-  const ignore = saver.unsentIgnore(id);
-  const { width, height, counts, log, seconds } = mine;
-  const kept = await api.putMask(id, theirs.revision, { mask: { width, height, counts }, ignore,
+  // Mine goes on top of theirs, and the merged layers on top of both.
+  const kept = await api.putMask(id, theirs.revision, { mask: { width, height, counts }, ignore: encode(ignored),
     active_seconds: Math.round(seconds * 10) / 10, tool_log: log });
-  if (!parts.every((part) => part.mine)) {
-    const merged = merge(ours, other, labels, parts);
-    await api.putMask(id, kept.revision, { mask: { width, height, counts: encode(merged) },
-      tool_log: [{ tool: "merge", with: theirs.revision, mine: parts.filter((p) => p.mine).length, parts: parts.length }] });
+  const mine = parts.filter((part) => part.mine).length;
+  if (mine < parts.length) {
+    const [mask, ignore] = layers.map((compared) => encode(merge(compared)));
+    await api.putMask(id, kept.revision, { mask: { width, height, counts: mask }, ignore,
+      tool_log: [{ tool: "merge", with: theirs.revision, mine, parts: parts.length }] });
   }
   saver.resolve(id, null);
   reopen(id);
-}
-
-/** Split where two masks differ into 8-connected parts, largest first. @param {Mask} mine
- * @param {Mask} theirs @returns {{labels: Int32Array, parts: Part[]}} part k has label k + 1 */
-export function differences(mine, theirs) {
-  const differ = { ...mine, data: mine.data.map((value, i) => value ^ theirs.data[i]) };
-  const { labels, areas } = label(differ, 1, 8);
-  const parts = areas.slice(1).map((area, index) => ({ index, area, box: [mine.width, mine.height, 0, 0], mine: true }));
-  for (let i = 0; i < labels.length; i++) {
-    if (!labels[i]) continue;
-    const { box } = parts[labels[i] - 1];
-    const x = i % mine.width;
-    const y = (i - x) / mine.width;
-    box[0] = Math.min(box[0], x);
-    box[1] = Math.min(box[1], y);
-    box[2] = Math.max(box[2], x + 1);
-    box[3] = Math.max(box[3], y + 1);
-  }
-  return { labels, parts };
-}
-
-/** What only they have changed since the common revision is theirs, unless the person says otherwise.
- * @param {Part[]} parts @param {Int32Array} labels @param {Mask} mine @param {Mask} base */
-export function leaveTheirs(parts, labels, mine, base) {
-  for (const part of parts) part.mine = false;
-  for (let i = 0; i < labels.length; i++) {
-    if (labels[i] && mine.data[i] !== base.data[i]) parts[labels[i] - 1].mine = true;
-  }
-}
-
-/** @param {Mask} mine @param {Mask} theirs @param {Int32Array} labels @param {Part[]} parts */
-export function merge(mine, theirs, labels, parts) {
-  const data = mine.data.map((value, i) => (labels[i] && !parts[labels[i] - 1].mine ? theirs.data[i] : value));
-  return { ...mine, data };
 }
 
 /** Wait for "save"; Escape must not leave the question unanswered. @returns {Promise<void>} */
@@ -113,43 +87,49 @@ function decided() {
   });
 }
 
-/** @param {Part} part @param {string} who @param {() => void} changed */
-function partRow(part, who, changed) {
+/** @param {Part} part @param {number} place in the list @param {string} who @param {() => void} changed */
+function partRow(part, place, who, changed) {
   const row = document.createElement("li");
   const button = document.createElement("button");
   button.setAttribute("aria-pressed", String(part.mine));
-  button.dataset.part = String(part.index);
+  button.dataset.part = String(place);
   const [x0, y0, x1, y1] = part.box;
-  button.textContent = `${part.area} px at ${Math.round((x0 + x1) / 2)}, ${Math.round((y0 + y1) / 2)}: ${part.mine ? "yours" : who}`;
+  const layer = part.layer === "ignore" ? "ill-posed, " : "";
+  button.textContent = `${layer}${part.area} px at ${Math.round((x0 + x1) / 2)}, ${Math.round((y0 + y1) / 2)}: ${part.mine ? "yours" : who}`;
   button.onclick = () => {
     part.mine = !part.mine;
     changed();
-    /** @type {HTMLElement | null} */ (document.querySelector(`[data-part="${part.index}"]`))?.focus();
+    /** @type {HTMLElement | null} */ (document.querySelector(`[data-part="${place}"]`))?.focus();
   };
   row.append(button);
   return row;
 }
 
-/** What both have is grey; a part is in the colour of whose version holds, pale where that has nothing.
- * @param {HTMLCanvasElement} canvas @param {ImageBitmap | null} picture @param {Mask} mine
- * @param {Mask} theirs @param {Int32Array} labels @param {Part[]} parts */
-function paint(canvas, picture, mine, theirs, labels, parts) {
-  canvas.width = mine.width;
-  canvas.height = mine.height;
+/** What both have is grey; a part is in the colour of whose version holds, pale where that has
+ * nothing. Ill-posed pixels are hatched.
+ * @param {HTMLCanvasElement} canvas @param {ImageBitmap | null} picture @param {Compared[]} layers */
+function paint(canvas, picture, layers) {
+  const { width, height } = layers[0].mine;
+  canvas.width = width;
+  canvas.height = height;
   const context = canvas.getContext("2d");
   if (!context) return;
-  if (picture) context.drawImage(picture, 0, 0, mine.width, mine.height);
-  const pixels = context.getImageData(0, 0, mine.width, mine.height);
-  for (let i = 0; i < labels.length; i++) {
-    const part = labels[i] ? parts[labels[i] - 1] : null;
-    if (!part && !mine.data[i]) continue;
-    const colour = part ? (part.mine ? MINE : THEIRS) : BOTH;
-    const holds = part?.mine ?? true ? mine.data[i] : theirs.data[i];
-    const weight = holds ? 0.75 : 0.3;
-    for (let c = 0; c < 3; c++) {
-      pixels.data[4 * i + c] = weight * colour[c] + (1 - weight) * pixels.data[4 * i + c];
+  if (picture) context.drawImage(picture, 0, 0, width, height);
+  const pixels = context.getImageData(0, 0, width, height);
+  for (const compared of layers) {
+    const { layer, mine, theirs } = compared;
+    for (let i = 0; i < mine.data.length; i++) {
+      const part = partAt(compared, i);
+      if (!part && !mine.data[i]) continue;
+      if (layer === "ignore" && ((i % width) + Math.floor(i / width)) % HATCH_PX >= HATCH_PX / 2) continue;
+      const colour = part ? (part.mine ? MINE : THEIRS) : BOTH;
+      const holds = part?.mine ?? true ? mine.data[i] : theirs.data[i];
+      const weight = holds ? 0.75 : 0.3;
+      for (let c = 0; c < 3; c++) {
+        pixels.data[4 * i + c] = weight * colour[c] + (1 - weight) * pixels.data[4 * i + c];
+      }
+      pixels.data[4 * i + 3] = 255;
     }
-    pixels.data[4 * i + 3] = 255;
   }
   context.putImageData(pixels, 0, 0);
 }

@@ -3,6 +3,7 @@
  * a verdict); and the scores. Draws from the state; what is clicked goes to the callbacks.
  * @typedef {import("../state.js").Region} Region
  * @typedef {import("../state.js").Proposal} Proposal
+ * @typedef {{tp: number, fp: number, fn: number, precision: number, recall: number, f_score: number}} Score
  */
 
 /** @type {Record<string, string>} */
@@ -17,6 +18,7 @@ const REASONS = {
   better_object: "another object fits better",
 };
 const VERDICTS = ["agree", "adopt", "keep", "reject"];
+const DASH = "–";
 const METHODS = { base: "without DoI", doi: "with DoI", audited: "after audit" };
 
 /** @type {Record<string, string>} */
@@ -107,7 +109,7 @@ function whyLines(region, outcome) {
     const line = element("div", "why", "this pair's F: ");
     for (const [k, [name, score]] of scores.entries()) {
       if (k) line.append(" · ");
-      line.append(element(name === outcome ? "b" : "span", "", `${name} ${score.toFixed(3)}`));
+      line.append(element(name === outcome ? "b" : "span", "", `${name} ${score?.toFixed(3) ?? DASH}`));
     }
     lines.push(line);
   }
@@ -130,8 +132,7 @@ function verdictButton(region, verdict, give, shown) {
   return button;
 }
 
-/** @param {HTMLElement} root
- * @param {Record<string, {precision: number, recall: number, f_score: number}>} scores */
+/** @param {HTMLElement} root @param {Record<string, Score>} scores */
 export function drawScores(root, scores) {
   const rows = Object.entries(METHODS).filter(([method]) => method in scores);
   if (!rows.length) {
@@ -142,10 +143,12 @@ export function drawScores(root, scores) {
   const head = table.insertRow();
   for (const title of ["this pair", "P", "R", "F"]) head.append(element("th", "", title));
   for (const [method, title] of rows) {
-    const { precision, recall, f_score } = scores[method];
+    const { tp, fp, fn, precision, recall, f_score } = scores[method];
+    // Nothing changed, and nothing was found: that is right, and no score says so.
+    const shown = (/** @type {number} */ score) => (tp + fp + fn ? score.toFixed(3) : DASH);
     const row = table.insertRow();
     row.dataset.method = method;
-    for (const text of [title, ...[precision, recall, f_score].map((v) => v.toFixed(3))]) {
+    for (const text of [title, ...[precision, recall, f_score].map(shown)]) {
       row.insertCell().textContent = text;
     }
   }

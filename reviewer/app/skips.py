@@ -1,0 +1,29 @@
+"""The endpoint that skips a pair which cannot be compared, and takes it up again."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Request
+
+from reviewer.app import messages as m
+from reviewer.app.details import choose_run, pair_detail
+from reviewer.editing.skipping import lift_skip, skip_pair
+from reviewer.store.database import Store
+from reviewer.store.reviews import annotator_id
+
+
+def build_skipping(store: Store) -> APIRouter:
+    """Return the router of skips."""
+    router = APIRouter()
+
+    @router.put("/pairs/{pair_id}/skip")
+    def put_skip(request: Request, pair_id: m.Id, change: m.SkipChange) -> m.PairDetail:
+        """Skip a pair that cannot be compared, with all of its regions in the run rejected; or take
+        it up again, with those rejections withdrawn."""
+        who, run = annotator_id(store, str(request.state.annotator)), choose_run(store, change.run)
+        if change.skipped:
+            skip_pair(store, pair_id, who, run, change.reason)
+        else:
+            lift_skip(store, pair_id, who)
+        return pair_detail(store, pair_id, who, run)
+
+    return router
