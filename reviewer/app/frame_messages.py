@@ -1,4 +1,4 @@
-"""What a workbench frame sends over the desk's socket."""
+"""What a workbench frame says: when it joins its desk, and over the desk's socket afterwards."""
 
 from __future__ import annotations
 
@@ -7,6 +7,33 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from reviewer.app.messages import Message
+from reviewer.records import ReviewState
+from reviewer.store.queue import Order
+
+Pixels = Annotated[int, Field(ge=0, le=100_000)]
+"""A width on the screen, CSS pixels; 0 where none is known."""
+
+
+class Joining(Message):
+    """In the address of the desk's socket: where the frame is, so that a new desk goes on there.
+
+    Attributes:
+        client: nonce of the Viser client around the frame, "" for a frame that stands alone.
+        store: the database that pair, run and filters belong to.
+        window, queue, workbench: width of the browser's window, and of the two docked panels.
+    """
+
+    client: str = ""
+    store: str = ""
+    pair: int | None = None
+    run: str | None = None
+    split: str | None = None
+    state: ReviewState | None = None
+    order: Order = "name"
+    dark: bool = True
+    window: Pixels = 0
+    queue: Pixels = 0
+    workbench: Pixels = 0
 
 
 class Showing(Message):
@@ -43,14 +70,7 @@ class ThemeChosen(Message):
     dark: bool
 
 
-class WindowSize(Message):
-    """From the frame: width of the browser window, CSS pixels."""
-
-    type: Literal["window"]
-    width: Annotated[int, Field(ge=0, le=100_000)]
-
-
 FromFrame = Annotated[
-    Showing | Step | Changed | RunChosen | ThemeChosen | WindowSize, Field(discriminator="type")
+    Showing | Step | Changed | RunChosen | ThemeChosen, Field(discriminator="type")
 ]
 """What a workbench frame may send over the desk's socket."""

@@ -84,12 +84,6 @@ function alignmentFact(found) {
   return found.doubt ? `⚠ badly aligned: ${found.doubt}` : parts.join(", ");
 }
 
-/** @param {string} status @param {string} detail */
-export function showStatus(status, detail) {
-  $("save").dataset.status = status;
-  $("save").textContent = detail && status !== "conflict" ? `${status}: ${detail}` : status;
-}
-
 /** Say that something takes its time; "" when it is done. @param {string} text */
 export function waiting(text) {
   $("waiting").textContent = text;

@@ -3,7 +3,7 @@
  */
 import { actionsOf, CLEANUPS } from "./actions.js";
 import { api, openDesk } from "./api.js";
-import { $, notice, showFacts, showHeader, showSettings, showStatus, waiting } from "./chrome.js";
+import { $, notice, showFacts, showHeader, showSettings, waiting } from "./chrome.js";
 import { fillHelp, titleButtons, wireButtons, wireKeys } from "./controls.js";
 import { PairDesk } from "./desk.js";
 import { fit, fitBox, toScreen } from "./geometry.js";
@@ -18,7 +18,9 @@ import { listen } from "./pointer.js";
 import { area } from "./raster.js";
 import { Saver } from "./saver.js";
 import { Side } from "./side.js";
+import { Standing } from "./standing.js";
 import { State } from "./state.js";
+import { Surroundings } from "./surroundings.js";
 import { View } from "./view.js";
 
 // Colours that colour-blind people can tell apart (after Okabe and Ito).
@@ -32,6 +34,8 @@ const PAUSE_MS = 700;
 const SHOWN_MS = 150;
 const state = new State();
 const keymap = new Keymap();
+const standing = new Standing();
+const around = new Surroundings(sessionStorage);
 let person = "";
 
 const saver = new Saver({ put: api.putMask, status: showSave,
@@ -64,21 +68,26 @@ const actions = actionsOf({ state, desk, side, modes, pressAt, settings, redraw:
   fitProposal: () => showSelected(true), takePrediction, notice,
   theme: () => { state.dark = !state.dark; settings(); socket.send({ type: "theme", dark: state.dark }); },
   help: () => { $("help").open ? $("help").close() : $("help").showModal(); } });
-const socket = openDesk(new URLSearchParams(location.search).get("client") ?? "", receive);
+const socket = openDesk(() => around.joining(state), {
+  message: receive,
+  here: () => { standing.server(false); saver.retry(); },
+  away: () => { around.left(); standing.server(true); },
+});
+window.addEventListener("client", () => socket.again());
+window.addEventListener("pagehide", () => around.left());
 
 /** @param {any} message from the server's side of the desk */
 async function receive(message) {
   if (message.type === "ready") {
+    around.joined();
     const first = !person;
     person = `${message.store}.${message.annotator}`;
     state.annotator = message.annotator;
     if (first) await start();
-    const linked = Number(new URLSearchParams(location.search).get("pair"));
-    // A desk that knows nothing yet follows the frame, after a restart say; else the frame the desk.
-    const own = state.pair?.id ?? (linked || state.lastPair(sessionStorage, message.store));
-    const wanted = message.fresh && own ? own : message.pair;
+    const linked = first && message.fresh && Number(new URLSearchParams(location.search).get("pair"));
+    const wanted = linked || message.pair;
     if (!wanted) notice("There are no pairs yet. Import some: reviewer import DIR", true);
-    else if (wanted !== state.pair?.id) await open(wanted, message.run);
+    else if (wanted !== state.pair?.id || message.run !== state.run) await open(wanted, message.run);
     else showingSoon();
     await fillRuns();
     if (state.mode === "audit" && first) await modes.change("audit");
@@ -86,6 +95,8 @@ async function receive(message) {
     notice(message.detail, true);
   } else if (message.type === "open" && message.pair) {
     if (message.pair !== desk.wanted || message.run !== state.run) await open(message.pair, message.run);
+  } else if (message.type === "queue") {
+    around.filtered(message);
   } else if (message.type === "ahead") {
     for (const id of message.pairs) loadAhead(id);
   } else if (message.type === "end") {
@@ -104,10 +115,6 @@ async function start() {
   showKeys();
   settings();
   socket.send({ type: "theme", dark: state.dark });
-  if (window.parent !== window && !sessionStorage.getItem("reviewer.sized")) {
-    sessionStorage.setItem("reviewer.sized", "yes");
-    socket.send({ type: "window", width: window.parent.innerWidth });
-  }
   api.me().then(({ clicks }) => { $("segmenter").textContent = `clicks: ${clicks}`; });
   try {
     const left = await saver.begin(await Journal.open(person));
@@ -115,6 +122,7 @@ async function start() {
   } catch (error) {
     notice(`This browser keeps no unsent work, so do not close it while offline: ${error}`, true);
   }
+  if (saver.idle) standing.saving("saved", "");
   window.focus();
 }
 
@@ -150,6 +158,7 @@ function showPair(fresh) {
     state.view = place && !place.fitted ? place.view : fit(pair, panes.size());
     state.selected = place?.selected ?? null;
   }
+  rememberPlaceSoon();
   showHeader(state);
   for (const { element } of panes.items) element.classList.toggle("locked", state.locked);
   showFacts(state);
@@ -180,7 +189,7 @@ function showCandidate() {
 /** @param {string} status @param {string} [detail] @param {number} [id] the pair it is about */
 function showSave(status, detail = "", id = 0) {
   const waits = [...saver.parked.values()][0];
-  showStatus(status === "saved" && waits ? waits : status, detail);
+  standing.saving(status === "saved" && waits ? waits : status, detail);
   if (status === "conflict") {
     const name = state.pair?.id === id ? `${state.pair.split}/${state.pair.name}` : `Pair ${id}`;
     const picture = state.pair?.id === id ? pictures.get(url("live")).bitmap : null;
@@ -332,7 +341,12 @@ $("pane-count").onchange = () => {
   fitAll();
   settings();
 };
-$("run").onchange = () => { socket.send({ type: "run", run: $("run").value }); $("run").blur(); };
+$("run").onchange = () => {
+  $("run").blur();
+  if (socket.send({ type: "run", run: $("run").value })) return;
+  $("run").value = state.run ?? "";
+  notice("The server cannot be reached just now.", true);
+};
 $("reset-keys").onclick = () => { keymap.changes = {}; showKeys(); settings(); };
 $("close-help").onclick = () => $("help").close();
 listen($("panes"), state, {
@@ -361,4 +375,3 @@ for (const type of ["pointerdown", "keydown"]) {
 wireButtons(act);
 wireKeys(keymap, act, () => /** @type {HTMLDialogElement | null} */ (document.querySelector("dialog[open]")));
 titleButtons(keymap);
-showStatus("saved", "");

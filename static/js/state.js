@@ -1,6 +1,6 @@
 /**
- * The workbench's state, and what of it outlives a reload. Docking the panel reloads the frame, so
- * everything a person set must come back: settings from localStorage, place and zoom from
+ * The workbench's state, and what of it outlives a reload of the page, after which everything a
+ * person set must come back: settings from localStorage, place and zoom from
  * sessionStorage.
  * @typedef {import("./geometry.js").View} ViewState
  * @typedef {{x: number, y: number}} Point
@@ -161,22 +161,19 @@ export class State {
   rememberPlace(session, owner) {
     if (!this.pair) return;
     session.setItem("reviewer.owner", owner);
-    const { view, selected, fitted } = this;
-    session.setItem("reviewer.place", JSON.stringify({ pair: this.pair.id, view, selected, fitted }));
+    const { run, view, selected, fitted } = this;
+    session.setItem("reviewer.place", JSON.stringify({ pair: this.pair.id, run, view, selected, fitted }));
   }
 
-  /** Return the pair that was open here in this database, 0 for none.
-   * @param {Storage} session @param {string} store */
-  lastPair(session, store) {
-    const owner = session.getItem("reviewer.owner") ?? "";
-    const text = session.getItem("reviewer.place");
-    return text && owner.startsWith(`${store}.`) ? JSON.parse(text).pair : 0;
+  /** Return where the person was looking last, null for nowhere. @param {Storage} session
+   * @returns {{pair: number, run: string | null, view: ViewState, selected: string | null, fitted: boolean} | null} */
+  lastPlace(session) {
+    return JSON.parse(session.getItem("reviewer.place") ?? "null");
   }
 
   /** Return the place when it is of this pair. @param {Storage} session @param {number} id */
   place(session, id) {
-    const text = session.getItem("reviewer.place");
-    const place = text ? JSON.parse(text) : null;
-    return place && place.pair === id ? place : null;
+    const place = this.lastPlace(session);
+    return place?.pair === id ? place : null;
   }
 }
