@@ -70,10 +70,15 @@ export function showFacts(state) {
   if (pair.alignment) facts.push(alignmentFact(pair.alignment));
   const { candidate } = state;
   if (candidate?.count) facts.unshift(`candidate ${candidate.index + 1} of ${candidate.count}, score ${candidate.score.toFixed(2)}`);
-  $("facts").textContent = facts.join("   ·   ");
+  write("facts", facts.join("   ·   "));
   const at = state.cursor;
   const where = at ? `x ${Math.floor(at.x)}  y ${Math.floor(at.y)}  ` : "";
-  $("where").textContent = `${where}${Math.round(state.view.scale * 100)} %`;
+  write("where", `${where}${Math.round(state.view.scale * 100)} %`);
+}
+
+/** @param {string} id @param {string} text */
+function write(id, text) {
+  if ($(id).textContent !== text) $(id).textContent = text;
 }
 
 /** @param {NonNullable<import("./state.js").Pair["alignment"]>} found */

@@ -6,14 +6,14 @@ import { api, openDesk } from "./api.js";
 import { $, notice, showFacts, showHeader, showSettings, waiting } from "./chrome.js";
 import { fillHelp, titleButtons, wireButtons, wireKeys } from "./controls.js";
 import { PairDesk } from "./desk.js";
-import { fit, fitBox, toScreen } from "./geometry.js";
+import { clamp, fit, fitBox } from "./geometry.js";
 import { Journal } from "./journal.js";
 import { KEYS, Keymap } from "./keys.js";
 import { LAYERS, pictureOf, Pictures } from "./layers.js";
 import { MaskView } from "./maskview.js";
 import { Modes } from "./modes.js";
 import { showConflict } from "./panels/conflict.js";
-import { COUNTS, Panes } from "./panes.js";
+import { COUNTS, Panes, shareOut } from "./panes.js";
 import { listen } from "./pointer.js";
 import { area } from "./raster.js";
 import { Saver } from "./saver.js";
@@ -45,7 +45,7 @@ const desk = new PairDesk(state, saver, {
   pair: showPair,
   candidate: showCandidate,
   sketch: () => view.ask(),
-  saved: () => { showHeader(state); showFacts(state); },
+  saved: () => { showHeader(state); view.ask(); },
   judged: () => attempt(side.load(true)),
   notice,
   waiting,
@@ -58,9 +58,13 @@ const desk = new PairDesk(state, saver, {
 const side = new Side(state, desk, masks, { selected: showSelected, attempt, notice,
   shown: (action) => keymap.shown(action), redraw: () => view.ask() });
 const pictures = new Pictures(() => view.ask());
-const panes = new Panes($("panes"), choosePane, () => { if (state.fitted) fitAll(); view.ask(); });
+const panes = new Panes($("panes"), choosePane, () => {
+  if (state.fitted) fitAll();
+  else if (state.pair) state.view = clamp(state.view, state.pair, panes.size());
+  view.ask();
+});
 const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pair, layer, !state.second) : "";
-const view = new View(state, panes, masks, pictures, url);
+const view = new View(state, panes, masks, pictures, url, () => showFacts(state));
 const modes = new Modes(state, desk, side, { open, settings, notice, shown: (action) => keymap.shown(action),
   reveal: () => state.reveal(localStorage, person), redraw: () => showPair(false),
   next: (by) => { clearTimeout(showing); return socket.send({ type: "step", by }); } });
@@ -155,13 +159,12 @@ function showPair(fresh) {
     side.reset();
     const place = state.place(sessionStorage, pair.id);
     state.fitted = place?.fitted ?? true;
-    state.view = place && !place.fitted ? place.view : fit(pair, panes.size());
+    state.view = place && !place.fitted ? clamp(place.view, pair, panes.size()) : fit(pair, panes.size());
     state.selected = place?.selected ?? null;
   }
   rememberPlaceSoon();
   showHeader(state);
   for (const { element } of panes.items) element.classList.toggle("locked", state.locked);
-  showFacts(state);
   attempt(side.load());
   view.ask();
 }
@@ -169,10 +172,7 @@ function showPair(fresh) {
 /** @param {boolean} go show the place of the selected proposal */
 function showSelected(go) {
   const box = state.proposal?.box_xyxy;
-  if (go && box && box[2] > box[0]) {
-    state.view = fitBox(box, panes.size());
-    state.fitted = false;
-  }
+  if (go && box && box[2] > box[0]) look(fitBox(box, panes.size()));
   rememberPlaceSoon();
   view.ask();
 }
@@ -183,7 +183,6 @@ function showCandidate() {
   if (shown) masks.candidate.show(shown);
   else if (side.looked === null) masks.candidate.clear();
   view.now();
-  showFacts(state);
 }
 
 /** @param {string} status @param {string} [detail] @param {number} [id] the pair it is about */
@@ -207,7 +206,6 @@ function countSoon() {
     if (state.drawing) return countSoon();
     state.area = { mask: area(desk.masks.mask), ignore: area(desk.masks.ignore) };
     if (!state.area.ignore) masks.ignore.clear();
-    showFacts(state);
     view.ask();
   }, 60);
 }
@@ -227,6 +225,14 @@ let remembering = 0;
 function rememberPlaceSoon() {
   clearTimeout(remembering);
   remembering = window.setTimeout(() => state.rememberPlace(sessionStorage, person), 200);
+}
+
+/** Look elsewhere, but never past the picture. @param {import("./geometry.js").View} there */
+function look(there) {
+  if (!state.pair) return;
+  state.view = clamp(there, state.pair, panes.size());
+  state.fitted = false;
+  rememberPlaceSoon();
 }
 
 function fitAll() {
@@ -334,9 +340,7 @@ for (const tab of document.querySelectorAll("[data-side]")) {
   };
 }
 $("pane-count").onchange = () => {
-  const count = Number($("pane-count").value);
-  const more = Object.keys(LAYERS).filter((layer) => !state.layers.includes(layer));
-  state.layers = [...state.layers, ...more].slice(0, count);
+  Object.assign(state, shareOut(Number($("pane-count").value), state.layers, state.spare));
   panes.build(state.layers);
   fitAll();
   settings();
@@ -359,8 +363,8 @@ listen($("panes"), state, {
   end: () => attempt(desk.release()),
   cancel: () => desk.cancel(),
   resize: (factor) => actions[factor > 1 ? "larger" : "smaller"](true),
-  changed: () => { desk.activity.note(); showFacts(state); view.ask(); },
-  zoomed: () => { state.fitted = false; rememberPlaceSoon(); },
+  changed: () => { desk.activity.note(); view.ask(); },
+  look,
 });
 window.addEventListener("blur", () => { state.blinking = state.swiping = state.hidden = false; view.ask(); });
 window.addEventListener("online", () => saver.retry());

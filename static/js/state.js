@@ -38,6 +38,7 @@ const DEFAULTS = {
   side: "proposals",
   keys: /** @type {Record<string, string>} */ ({}),
   layers: ["warped", "live", "detector", "objects_live", "doi", "prediction"],
+  spare: /** @type {string[]} */ ([]),
 };
 const KEPT = /** @type {(keyof typeof DEFAULTS)[]} */ (Object.keys(DEFAULTS));
 const FINISHED = ["submitted", "approved", "confirmed_empty"];
@@ -66,6 +67,8 @@ export class State {
     /** Keys that the person changed, by action. */
     this.keys = { ...DEFAULTS.keys };
     this.layers = [...DEFAULTS.layers];
+    /** Layers of panes that are closed: they come back with their panes. */
+    this.spare = [...DEFAULTS.spare];
     /** @type {Pair | null} */
     this.pair = null;
     /** @type {ViewState} */
