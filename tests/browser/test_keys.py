@@ -2,7 +2,7 @@
 
 import pytest
 from playwright.sync_api import expect
-from workbench import wait_title
+from workbench import on_live, wait_saved, wait_title
 
 from reviewer.store.reviews import annotator_id, review_state
 
@@ -96,21 +96,57 @@ def test_a_key_pressed_beside_the_workbench_does_the_same_there(server, desk, pl
 def test_after_a_click_beside_the_workbench_the_focus_is_in_it_again(desk):
     page, frame = desk
     focused = "document.activeElement.className"
+
+    def is_in_it():
+        page.wait_for_timeout(500)
+        return page.evaluate(focused) == "workbench-frame"
+
     row(page).click()
     wait_title(frame, "cs1/0002")
-    assert page.evaluate(focused) == "workbench-frame"
+    assert is_in_it()
     box = page.locator("canvas").first.bounding_box()
     page.mouse.click(box["x"] + 20, box["y"] + box["height"] - 20)
-    page.wait_for_timeout(50)
-    assert page.evaluate(focused) == "workbench-frame"
+    assert is_in_it()
     page.get_by_role("tab", name="Progress").click()
-    page.wait_for_timeout(50)
-    assert page.evaluate(focused) == "workbench-frame"
+    assert is_in_it()
     page.get_by_role("tab", name="Queue", exact=True).click()
     page.get_by_label("State").click()
     page.get_by_role("option", name="to do").click()
-    page.wait_for_timeout(50)
-    assert page.evaluate(focused) == "workbench-frame"
+    assert is_in_it()
+    page.get_by_role("tab", name="Scores").click()
+    assert not is_in_it()
+    page.get_by_role("tab", name="Workbench").click()
+    assert is_in_it()
+
+
+def test_a_workbench_that_is_not_seen_gets_no_keys(server, desk):
+    page, frame = desk
+    page.get_by_role("tab", name="Scores").click()
+    page.wait_for_timeout(500)
+    for key in ("e", "a", "0"):
+        page.keyboard.press(key)
+    page.get_by_role("button", name="Count", exact=True).click()
+    page.keyboard.press("Enter")
+    page.wait_for_timeout(500)
+    assert review_state(server.store, 1, annotator_id(server.store, "Ada")) == "todo"
+    pressed = frame.locator('[data-tool][aria-pressed="true"]')
+    expect(pressed).to_have_attribute("data-tool", "brush")
+
+
+def test_text_of_the_page_can_be_selected_and_copied(desk):
+    page, _ = desk
+    page.get_by_text("badly aligned, or failed").click(click_count=3)
+    page.wait_for_timeout(500)
+    assert "badly aligned" in page.evaluate("getSelection().toString()")
+    assert page.evaluate("document.activeElement.className !== 'workbench-frame'")
+
+
+def test_a_press_whose_end_is_lost_does_not_shut_the_workbench(server, desk):
+    page, frame = desk
+    # A context menu that opens keeps the release of the button for itself.
+    row(page).dispatch_event("pointerdown", {"bubbles": True, "button": 2, "buttons": 2})
+    on_live(frame, page, [(20, 90), (60, 90)])
+    wait_saved(frame, 2)
 
 
 def test_a_field_that_is_typed_into_keeps_its_keys(desk):

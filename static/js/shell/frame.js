@@ -36,6 +36,8 @@ export class WorkbenchFrame {
     // What is dragged in Viser's page goes on over the frame.
     window.addEventListener("pointerdown", () => this.letThrough(true), true);
     for (const end of ["pointerup", "pointercancel"]) window.addEventListener(end, () => this.letThrough(false), true);
+    // A context menu swallows the end of the press that opened it.
+    window.addEventListener("pointermove", ({ buttons }) => { if (!buttons) this.letThrough(false); }, true);
     const step = (/** @type {number} */ now) => {
       this.step(now);
       requestAnimationFrame(step);
@@ -94,7 +96,10 @@ export class WorkbenchFrame {
   }
 
   hide() {
+    if (!this.shown) return;
     this.element.style.visibility = "hidden";
+    // Nobody means a workbench that is not seen.
+    this.element.blur();
   }
 
   /** @param {DOMRect} box @param {string} layer */
