@@ -74,8 +74,8 @@ const actions = actionsOf({ state, desk, side, modes, pressAt, settings, redraw:
   help: () => { $("help").open ? $("help").close() : $("help").showModal(); } });
 const socket = openDesk(() => around.joining(state), {
   message: receive,
-  here: () => { standing.server(false); saver.retry(); },
-  away: () => { around.left(); standing.server(true); },
+  here: () => { standing.joined(); saver.retry(); },
+  away: () => { around.left(); standing.parted(api.me().then(() => 200, (error) => error.status ?? 0)); },
 });
 window.addEventListener("client", () => socket.again());
 window.addEventListener("pagehide", () => around.left());

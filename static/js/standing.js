@@ -1,19 +1,22 @@
 /**
  * How the person's work stands: the line that says whether it is saved, and the banner over the panes
- * while the server is away. Nothing is called saved then.
+ * while the server cannot be asked. Nothing is called saved then.
  */
 import { $ } from "./chrome.js";
 
-const AWAY = "The server is away; your work is kept here and is sent when it is back.";
-
 /** What waits for the person, with or without the server. */
 const DECISIONS = ["conflict", "locked", "refused"];
+const WHY = {
+  away: "The server is away; your work is kept here and is sent when it is back.",
+  "signed out": "You are signed out; your work is kept here and is sent when you have signed in again, in another tab.",
+};
 
 export class Standing {
   constructor() {
     this.status = "opening";
     this.detail = "";
-    this.away = false;
+    /** @type {keyof typeof WHY | null} why the server cannot be asked */
+    this.apart = null;
   }
 
   /** @param {string} status of the saver @param {string} detail */
@@ -22,17 +25,27 @@ export class Standing {
     this.draw();
   }
 
-  /** @param {boolean} away whether the desk's socket is closed */
-  server(away) {
-    this.away = away;
+  /** The desk's socket is open. */
+  joined() {
+    this.apart = null;
+    this.draw();
+  }
+
+  /** The desk's socket is closed. @param {Promise<number>} answer status of another request, 0 for none */
+  async parted(answer) {
+    this.apart ??= "away";
+    this.draw();
+    const status = await answer;
+    // It may be open again by now.
+    if (this.apart) this.apart = status === 401 ? "signed out" : "away";
     this.draw();
   }
 
   draw() {
-    const status = this.away && !DECISIONS.includes(this.status) ? "offline" : this.status;
+    const status = this.apart && !DECISIONS.includes(this.status) ? "offline" : this.status;
     $("save").dataset.status = status;
     $("save").textContent = this.detail && status !== "conflict" ? `${status}: ${this.detail}` : status;
-    $("away").textContent = status === "offline" && this.detail ? `Your work is kept here. You are ${this.detail}.` : AWAY;
+    $("away").textContent = WHY[this.apart ?? (this.detail ? "signed out" : "away")];
     $("away").hidden = status !== "offline";
   }
 }

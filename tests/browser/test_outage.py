@@ -178,6 +178,21 @@ def test_a_stroke_under_way_while_the_server_comes_back_is_finished(server, visi
     assert decode_rle(list_revisions(server.store, 1)[-1].mask)[90, 20:80].all()
 
 
+def test_who_was_signed_out_is_told_so_and_goes_on_after_signing_in(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    cookies = page.context.cookies()
+    page.context.clear_cookies()
+    server.stop()
+    server.start()
+    expect(frame.locator("#away")).to_contain_text("You are signed out", timeout=15_000)
+    on_live(frame, page, [(20, 90), (60, 90)])
+    expect(frame.locator("#save")).to_have_attribute("data-status", "offline")
+    page.context.add_cookies(cookies)
+    wait_saved(frame, 2)
+    expect(frame.locator("#away")).to_be_hidden()
+
+
 def test_nothing_is_called_saved_before_it_is_known_to_be(server, visit):
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
