@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from threading import RLock
 from typing import Any
 
+from reviewer import __version__
 from reviewer.app.details import choose_run
 from reviewer.app.frame_messages import Joining
 from reviewer.records import ReviewState, Run
@@ -92,7 +93,7 @@ class Desk:
             if self.pair_id is None and self.ids:
                 self.pair_id = self.ids[0]
             ready = {"annotator": annotator, "run": self.run, "pair": self.pair_id, "fresh": fresh}
-        send({"type": "ready", "store": self.store.identity, **ready})
+        send({"type": "ready", "version": __version__, "store": self.store.identity, **ready})
         self.redraw("unlock" if first else "queue")
 
     def _take_up(self, left: Joining, fresh: bool) -> None:

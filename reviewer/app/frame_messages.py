@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import (
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    field_validator,
+)
 
 from reviewer.app.messages import Message
 from reviewer.records import ReviewState
@@ -23,6 +30,9 @@ class Joining(Message):
         window, queue, workbench: width of the browser's window, and of the two docked panels.
     """
 
+    # A frame outlives its server, so it may be of another version: what is not known is left out.
+    model_config = ConfigDict(extra="ignore")
+
     client: str = ""
     store: str = ""
     pair: int | None = None
@@ -34,6 +44,14 @@ class Joining(Message):
     window: Pixels = 0
     queue: Pixels = 0
     workbench: Pixels = 0
+
+    @field_validator("state", "order", mode="wrap")
+    @classmethod
+    def _known(cls, value: Any, check: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
+        try:
+            return check(value)
+        except ValidationError:
+            return cls.model_fields[info.field_name or ""].default
 
 
 class Showing(Message):

@@ -37,6 +37,8 @@ const keymap = new Keymap();
 const standing = new Standing();
 const around = new Surroundings(sessionStorage);
 let person = "";
+/** Of the server that gave this page. */
+let version = "";
 
 const saver = new Saver({ put: api.putMask, status: showSave,
   saved: (id, revision) => { desk.saved(id, revision); refreshSoon(); } });
@@ -85,6 +87,8 @@ async function receive(message) {
   if (message.type === "ready") {
     around.joined();
     const first = !person;
+    version ||= message.version;
+    if (message.version !== version) notice("The server has been updated. Load the page again to work with what is new.", true);
     person = `${message.store}.${message.annotator}`;
     state.annotator = message.annotator;
     if (first) await start();

@@ -3,6 +3,7 @@
 import pytest
 from starlette.websockets import WebSocketDisconnect
 
+from reviewer import __version__
 from reviewer.app.desks import Desk
 from reviewer.app.frame_messages import Joining
 from reviewer.pipeline.runner import prepare_run
@@ -32,6 +33,12 @@ def test_what_the_database_does_not_know_is_left_out(db, run):
     assert (ready["pair"], ready["run"], desk.split) == (1, run.name, None)
     _, ready = joined(db, store="another", pair=2)
     assert ready["pair"] == 1
+
+
+def test_a_frame_of_another_version_can_join_all_the_same(db, run):
+    desk, ready = joined(db, pair=2, state="lost", order="whim", mood="good")
+    assert (ready["pair"], desk.state, desk.order) == (2, None, "name")
+    assert ready["version"] == __version__
 
 
 def test_a_desk_that_stands_keeps_its_filters_and_shows_the_pair_of_its_frame(db, run):

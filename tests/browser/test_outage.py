@@ -178,6 +178,17 @@ def test_a_stroke_under_way_while_the_server_comes_back_is_finished(server, visi
     assert decode_rle(list_revisions(server.store, 1)[-1].mask)[90, 20:80].all()
 
 
+def test_a_workbench_older_than_its_server_says_so(server, visit, monkeypatch):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    page.wait_for_timeout(1000)
+    server.stop()
+    monkeypatch.setattr("reviewer.app.desks.__version__", "99.0")
+    server.start()
+    expect(frame.locator("#notice")).to_contain_text("Load the page again", timeout=20_000)
+    wait_saved(frame, 1)
+
+
 def test_who_was_signed_out_is_told_so_and_goes_on_after_signing_in(server, visit):
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
