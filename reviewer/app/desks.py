@@ -16,12 +16,15 @@ from dataclasses import dataclass, field
 from threading import RLock
 from typing import Any
 
+from reviewer import __version__
 from reviewer.app.details import choose_run
+from reviewer.app.frame_messages import Joining
 from reviewer.records import Run, TeamState
 from reviewer.store.database import Store
-from reviewer.store.pairs import pair_of_id
+from reviewer.store.pairs import list_splits, pair_ids, pair_of_id
 from reviewer.store.queue import Order, QueueEntry, list_queue
 from reviewer.store.reviews import annotator_id, known_annotator
+from reviewer.store.runs import list_runs
 from reviewer.store.skips import PairState
 
 Send = Callable[[dict[str, Any]], None]
@@ -38,8 +41,10 @@ class Desk:
         pair_id: the pair that was asked for last; shown_id: the one that the frame shows.
         only: pairs that the queue is narrowed to, by something else than a filter; None = all.
         ids: the queue: pair ids in order, under the filters.
-        redraw: redraws the Viser side, given what changed: "unlock", "queue", "pair", "change",
-            "theme" or "window".
+        window_width, queue_width, workbench_width: of the browser's window and the docked panels,
+            CSS pixels; 0 = not known.
+        redraw: redraws the Viser side, given what changed: "unlock", "queue", "pair", "change" or
+            "theme".
         send: sends a message to the workbench frame.
     """
 
@@ -56,6 +61,8 @@ class Desk:
     ids: list[int] = field(default_factory=list)
     dark: bool = True
     window_width: int = 0
+    queue_width: int = 0
+    workbench_width: int = 0
     redraw: Callable[[str], None] = lambda what: None
     send: Send = lambda message: None
     lock: RLock = field(default_factory=RLock)
@@ -77,23 +84,42 @@ class Desk:
         """The run to look at: the chosen one, else the newest."""
         return choose_run(self.store, self.run)
 
-    def check_in(self, annotator: str, send: Send) -> None:
+    def check_in(self, annotator: str, send: Send, left: Joining | None = None) -> None:
         """Take a signed-in frame: unlock, and tell the frame what to show.
 
-        `fresh` tells a frame that the desk knows no pair yet, so that a frame that has one open
-        (after a restart of the server, or of Viser) keeps it.
+        A desk that knows no pair yet (after a restart of the server, or of Viser) is `fresh`, and
+        goes on where the frame was. The pair that the frame has open is always its own to say.
         """
         with self.lock:
             first, fresh = self.annotator is None, self.pair_id is None
             self.annotator, self.send = annotator, send
+            if left is not None:
+                self._take_up(left, fresh)
             run = self.chosen_run
             self.run = run.name if run else None
             self.renew()
-            if fresh and self.ids:
+            if self.pair_id is None and self.ids:
                 self.pair_id = self.ids[0]
             ready = {"annotator": annotator, "run": self.run, "pair": self.pair_id, "fresh": fresh}
-        send({"type": "ready", "store": self.store.identity, **ready})
+        send({"type": "ready", "version": __version__, "store": self.store.identity, **ready})
         self.redraw("unlock" if first else "queue")
+
+    def _take_up(self, left: Joining, fresh: bool) -> None:
+        """Go on where a frame is; what this database does not know is left out."""
+        known = left.store == self.store.identity
+        if known and left.pair in pair_ids(self.store):
+            self.pair_id = left.pair
+        if not fresh:
+            return
+        self.dark, self.window_width = left.dark, left.window
+        self.queue_width, self.workbench_width = left.queue, left.workbench
+        if not known:
+            return
+        self.state, self.team, self.order = left.state, left.team, left.order
+        if left.split in {split.name for split in list_splits(self.store)}:
+            self.split = left.split
+        if left.run in {run.name for run in list_runs(self.store)}:
+            self.run = left.run
 
     def renew(self) -> None:
         """Take a new snapshot of the queue under the filters."""
@@ -163,6 +189,13 @@ class Desk:
             for name, value in changes.items():
                 setattr(self, name, value)
             self.renew()
+            filters = {
+                "split": self.split,
+                "state": self.state,
+                "team": self.team,
+                "order": self.order,
+            }
+        self.send({"type": "queue", **filters})
         if "run" in changes:
             self.send({"type": "open", "pair": self.pair_id, "run": self.run})
         self.redraw("queue")

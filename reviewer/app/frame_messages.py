@@ -1,13 +1,60 @@
-"""What a workbench frame sends over the desk's socket."""
+"""What a workbench frame says: when it joins its desk, and over the desk's socket afterwards."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import (
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    field_validator,
+)
 
 from reviewer.app.fields import Key
 from reviewer.app.messages import Message
+from reviewer.records import TeamState
+from reviewer.store.queue import Order
+from reviewer.store.skips import PairState
+
+Pixels = Annotated[int, Field(ge=0, le=100_000)]
+"""A width on the screen, CSS pixels; 0 where none is known."""
+
+
+class Joining(Message):
+    """In the address of the desk's socket: where the frame is, so that a new desk goes on there.
+
+    Attributes:
+        client: nonce of the Viser client around the frame, "" for a frame that stands alone.
+        store: the database that pair, run and filters belong to.
+        window, queue, workbench: width of the browser's window, and of the two docked panels.
+    """
+
+    # A frame outlives its server, so it may be of another version: what is not known is left out.
+    model_config = ConfigDict(extra="ignore")
+
+    client: str = ""
+    store: str = ""
+    pair: int | None = None
+    run: str | None = None
+    split: str | None = None
+    state: PairState | None = None
+    team: TeamState | None = None
+    order: Order = "name"
+    dark: bool = True
+    window: Pixels = 0
+    queue: Pixels = 0
+    workbench: Pixels = 0
+
+    @field_validator("state", "team", "order", mode="wrap")
+    @classmethod
+    def _known(cls, value: Any, check: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
+        try:
+            return check(value)
+        except ValidationError:
+            return cls.model_fields[info.field_name or ""].default
 
 
 class Showing(Message):
@@ -44,14 +91,7 @@ class ThemeChosen(Message):
     dark: bool
 
 
-class WindowSize(Message):
-    """From the frame: width of the browser window, CSS pixels."""
-
-    type: Literal["window"]
-    width: Annotated[int, Field(ge=0, le=100_000)]
-
-
 FromFrame = Annotated[
-    Showing | Step | Changed | RunChosen | ThemeChosen | WindowSize, Field(discriminator="type")
+    Showing | Step | Changed | RunChosen | ThemeChosen, Field(discriminator="type")
 ]
 """What a workbench frame may send over the desk's socket."""

@@ -8,7 +8,7 @@ import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Any
-from urllib.parse import parse_qsl, urlsplit
+from urllib.parse import parse_qsl
 
 from fastapi import FastAPI, Request, WebSocket
 from fastapi.exceptions import RequestValidationError
@@ -103,9 +103,7 @@ def build_gateway(
         return response
 
     @app.get("/workbench", include_in_schema=False)
-    def workbench(request: Request, client: str = "") -> Response:
-        if client and not _is_our_frame(request):
-            return RedirectResponse("/workbench", 303)
+    def workbench() -> Response:
         return FileResponse(static / "workbench.html", headers={"Cache-Control": "no-store"})
 
     @app.get("/favicon.ico", include_in_schema=False)
@@ -113,8 +111,8 @@ def build_gateway(
         return FileResponse(static / "icon.svg", media_type="image/svg+xml")
 
     @app.websocket("/api/desk")
-    async def desk_socket(socket: WebSocket, client: str = "") -> None:
-        await _serve_desk(socket, store, desks, clicks, client)
+    async def desk_socket(socket: WebSocket) -> None:
+        await _serve_desk(socket, store, desks, clicks)
 
     @app.get("/", include_in_schema=False)
     async def viser_page(request: Request) -> Response:
@@ -128,19 +126,6 @@ def build_gateway(
     app.add_middleware(SafeHeaders)
     app.add_middleware(Guard, access=access)
     return app
-
-
-def _is_our_frame(request: Request) -> bool:
-    """Say whether a page is loaded as a frame inside our own page, not by a link.
-
-    Browsers send Sec-Fetch-* over HTTPS and to this machine; elsewhere the Referer must do, which
-    an address typed or pasted does not have.
-    """
-    site = request.headers.get("sec-fetch-site")
-    if site is not None:
-        return site == "same-origin" and request.headers.get("sec-fetch-dest") == "iframe"
-    referer = urlsplit(request.headers.get("referer", ""))
-    return referer.netloc == request.headers.get("host") and referer.path == "/"
 
 
 class SafeHeaders:
@@ -205,16 +190,20 @@ def _answer_errors(app: FastAPI) -> None:
         return problem(InvalidInput.status, f"{place}: {first['msg']}")
 
 
-async def _serve_desk(
-    socket: WebSocket, store: Store, desks: Desks, clicks: Clicks, nonce: str
-) -> None:
+async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, clicks: Clicks) -> None:
     """Join a workbench frame with its desk, and pass messages.
 
-    The guard has checked session, Host and Origin, and the frame's page has only been given to a
-    frame of our own page (`_is_our_frame`), so no link can unlock somebody else's client.
+    The guard has checked session, Host and Origin, and the frame takes its client's nonce from our
+    own page around it, never from an address, so no link can unlock somebody else's client.
     """
     await socket.accept()
-    desk = (desks.find(nonce) if nonce else None) or Desk(store)
+    try:
+        joining = frame.Joining.model_validate(dict(socket.query_params))
+    except ValidationError as error:
+        await socket.send_json({"type": "error", "detail": str(error)})
+        await socket.close(1008)
+        return
+    desk = (desks.find(joining.client) if joining.client else None) or Desk(store)
     loop = asyncio.get_running_loop()
     outbox: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
 
@@ -227,7 +216,7 @@ async def _serve_desk(
 
     writer = asyncio.create_task(write())
     try:
-        await asyncio.to_thread(desk.check_in, socket.state.annotator, send)
+        await asyncio.to_thread(desk.check_in, socket.state.annotator, send, joining)
         while (text := await _next_text(socket)) is not None:
             try:
                 await asyncio.to_thread(_handle, desk, clicks, FROM_FRAME.validate_json(text))
@@ -271,6 +260,3 @@ def _handle(desk: Desk, clicks: Clicks, message: frame.FromFrame) -> None:
         case frame.ThemeChosen():
             desk.dark = message.dark
             desk.redraw("theme")
-        case frame.WindowSize():
-            desk.window_width = message.width
-            desk.redraw("window")

@@ -27,15 +27,18 @@ CONTENT_SECURITY = (
 )
 
 # Viser's own control panel and dock grips would sit over ours; hidden from the first paint on.
-PAGE_STYLE = b"""<style>
+PAGE_HEAD = b"""<style>
 .mantine-Paper-root:has([data-dock-unmergeable-header]),
 [data-dock-group]:has([data-dock-unmergeable-header]){display:none!important}
-.mantine-ScrollArea-viewport:has(.workbench-frame){overflow:hidden!important}
-.mantine-ScrollArea-viewport div:has(.workbench-frame){height:100%!important;padding:0!important}
-.workbench-frame{display:block;border:0;width:100%;height:100%}
+.mantine-ScrollArea-viewport:has(.workbench-place){overflow:hidden!important}
+.mantine-ScrollArea-viewport div:has(.workbench-place){height:100%!important;padding:0!important}
+.workbench-place{width:100%;height:100%;min-height:60vh}
+[data-dock-region] .workbench-place{min-height:0}
+.workbench-frame{position:fixed;border:0}
 .mantine-Button-inner{justify-content:flex-start!important}
 .mantine-Notifications-root{z-index:4!important}
-</style><title>reviewer</title></head>"""
+</style><script type="module" src="/static/js/shell/main.js"></script>
+<title>reviewer</title></head>"""
 
 
 class ViserProxy:
@@ -46,13 +49,13 @@ class ViserProxy:
         self._page: tuple[bytes, str] | None = None
 
     async def page(self, request: Request) -> Response:
-        """Return Viser's page with our style in it."""
+        """Return Viser's page with our style and script in it."""
         if {"websocket", "playbackPath"} & set(request.query_params):
             return PlainTextResponse("websocket and playbackPath are not allowed here", 400)
         if self._page is None:
             async with httpx.AsyncClient(base_url=f"http://127.0.0.1:{self._port}") as client:
                 reply = await client.get("/")
-            page = reply.content.replace(b"</head>", PAGE_STYLE, 1)
+            page = reply.content.replace(b"</head>", PAGE_HEAD, 1)
             self._page = page, reply.headers["content-type"]
         body, kind = self._page
         headers = {"Content-Security-Policy": CONTENT_SECURITY, "Cache-Control": "no-store"}

@@ -85,9 +85,14 @@ class QueuePanel:
         runs = [run.name for run in list_runs(desk.store)]
         self._summary = gui.add_html("")
         split = gui.add_dropdown("Split", splits, initial_value=desk.split or ALL)
-        state = gui.add_dropdown("My state", [ALL, *STATE_TITLE.values()], initial_value=ALL)
-        team = gui.add_dropdown("Team", [ALL, *TEAM_TITLE.values()], initial_value=ALL)
-        order = gui.add_dropdown("Order", list(ORDER_TITLE.values()), initial_value="name")
+        states = [ALL, *STATE_TITLE.values()]
+        shown = STATE_TITLE[desk.state] if desk.state else ALL
+        state = gui.add_dropdown("My state", states, initial_value=shown)
+        teams = [ALL, *TEAM_TITLE.values()]
+        shown = TEAM_TITLE[desk.team] if desk.team else ALL
+        team = gui.add_dropdown("Team", teams, initial_value=shown)
+        orders = list(ORDER_TITLE.values())
+        order = gui.add_dropdown("Order", orders, initial_value=ORDER_TITLE[desk.order])
 
         @split.on_update
         def _(_: Any) -> None:

@@ -1,8 +1,8 @@
 """The Viser shell: one locked client per browser window, unlocked by its workbench frame.
 
-A client that connects shows a docked frame and nothing else. When the frame has checked in with a
-signed-in session, the queue and the map of its annotator appear. Nothing is ever put on the server
-scope of Viser, because that reaches every socket.
+A client that connects shows the place of a frame and nothing else. When the frame has checked in
+with a signed-in session, the queue and the map of its annotator appear. Nothing is ever put on the
+server scope of Viser, because that reaches every socket.
 """
 
 from __future__ import annotations
@@ -63,11 +63,10 @@ class Shell:
         # Before the frame is there: it may check in at once.
         desk.redraw = _drawer(client, desk, panel)
         with panel.add_tab("Workbench", viser.Icon.BRUSH):
-            client.gui.add_html(
-                f'<iframe class="workbench-frame" title="Workbench"'
-                f' src="/workbench?client={nonce}"></iframe>'
-            )
+            # The frame lies over this place (static/js/shell): it outlives what Viser draws.
+            client.gui.add_html(f'<div class="workbench-place" data-client="{nonce}"></div>')
         panel.dock_right()
+        # A first guess; the frame knows how wide the panel was.
         panel.set_width(_workbench_width(client.camera.image_width))
 
     def _disconnect(self, client: viser.ClientHandle) -> None:
@@ -84,15 +83,13 @@ def _drawer(
 
     def draw(what: str) -> None:
         with desk.lock:
-            if what == "window":
-                workbench.set_width(_workbench_width(desk.window_width))
-                return
-            if what == "theme":
+            if what in ("unlock", "theme"):
                 _theme(client, dark=desk.dark)
             if not panels:
                 queue = QueuePanel(client, desk)
                 queue.panel.dock_left()
-                queue.panel.set_width(QUEUE_WIDTH)
+                queue.panel.set_width(desk.queue_width or QUEUE_WIDTH)
+                workbench.set_width(desk.workbench_width or _workbench_width(desk.window_width))
                 found = FoundPanel(client, desk, queue.panel)
                 plan = PlanPanel(client, desk, queue.panel)
                 rules = WhatIfPanel(client, desk, workbench)

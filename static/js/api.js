@@ -104,23 +104,25 @@ export const api = {
   },
 };
 
-/** The desk's socket: reconnects by itself, drops nothing that matters (state lives on the server).
- * @param {string} client nonce of the Viser client around this frame, or ""
- * @param {(message: any) => void} receive */
-export function openDesk(client, receive) {
+/** The desk's socket: joins again by itself, and says where the desk should go on.
+ * @param {() => Record<string, string>} joining what the address says
+ * @param {{message: (message: any) => void, here: () => void, away: () => void}} on */
+export function openDesk(joining, on) {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
-  const url = `${scheme}://${location.host}/api/desk?client=${encodeURIComponent(client)}`;
   let wait = 500;
+  let timer = 0;
   /** @type {WebSocket} */
   let socket;
   const connect = () => {
-    socket = new WebSocket(url);
+    socket = new WebSocket(`${scheme}://${location.host}/api/desk?${new URLSearchParams(joining())}`);
+    socket.onopen = () => on.here();
     socket.onmessage = (event) => {
       wait = 500;
-      receive(JSON.parse(event.data));
+      on.message(JSON.parse(event.data));
     };
     socket.onclose = () => {
-      setTimeout(connect, wait);
+      on.away();
+      timer = window.setTimeout(connect, wait);
       wait = Math.min(wait * 2, 8000);
     };
   };
@@ -131,6 +133,13 @@ export function openDesk(client, receive) {
       const open = socket.readyState === WebSocket.OPEN;
       if (open) socket.send(JSON.stringify(message));
       return open;
+    },
+    /** Join another desk, now. */
+    again() {
+      clearTimeout(timer);
+      socket.onmessage = socket.onclose = socket.onopen = null;
+      socket.close();
+      connect();
     },
   };
 }

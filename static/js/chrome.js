@@ -3,8 +3,8 @@
  * nothing.
  * @typedef {import("./state.js").State} State
  */
-import { standing } from "./standing.js";
 import { keepsRadius } from "./tools/brush.js";
+import { truthLine } from "./truth.js";
 
 /** @type {Record<string, string>} */
 const STATES = {
@@ -54,7 +54,7 @@ export function showHeader(state) {
   $("title").textContent = `${pair.split}/${pair.name}`;
   $("state").textContent = STATES[pair.state];
   $("state").dataset.state = pair.state;
-  $("standing").textContent = standing(pair.truth, state.revision, state.annotator);
+  $("standing").textContent = truthLine(pair.truth, state.revision, state.annotator);
   $("standing").title = $("standing").textContent;
   $("run").value = state.run ?? "";
   $("skip").hidden = !pair.doubt;
@@ -76,10 +76,15 @@ export function showFacts(state) {
   else if (pair.alignment) facts.push(alignmentFact(pair.alignment));
   const { candidate } = state;
   if (candidate?.count) facts.unshift(`candidate ${candidate.index + 1} of ${candidate.count}, score ${candidate.score.toFixed(2)}`);
-  $("facts").textContent = facts.join("   ·   ");
+  write("facts", facts.join("   ·   "));
   const at = state.cursor;
   const where = at ? `x ${Math.floor(at.x)}  y ${Math.floor(at.y)}  ` : "";
-  $("where").textContent = `${where}${Math.round(state.view.scale * 100)} %`;
+  write("where", `${where}${Math.round(state.view.scale * 100)} %`);
+}
+
+/** @param {string} id @param {string} text */
+function write(id, text) {
+  if ($(id).textContent !== text) $(id).textContent = text;
 }
 
 /** @param {NonNullable<import("./state.js").Pair["alignment"]>} found */
@@ -88,12 +93,6 @@ function alignmentFact(found) {
     `difference ${found.residual_before.toFixed(1)} → ${found.residual_after.toFixed(1)}`];
   if (found.backward_px !== null) parts.push(`there and back ${found.backward_px.toFixed(1)} px`);
   return parts.join(", ");
-}
-
-/** @param {string} status @param {string} detail */
-export function showStatus(status, detail) {
-  $("save").dataset.status = status;
-  $("save").textContent = detail && status !== "conflict" ? `${status}: ${detail}` : status;
 }
 
 /** Say that something takes its time; "" when it is done. @param {string} text */

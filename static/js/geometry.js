@@ -7,13 +7,22 @@
  * @typedef {{x: number, y: number}} Point
  */
 
-export const LEAST_SCALE = 0.05;
 export const LARGEST_SCALE = 48;
 
 /** Show the whole image. @param {Size} image @param {Size} pane @returns {View} */
 export function fit(image, pane) {
   const scale = Math.min(pane.width / image.width, pane.height / image.height);
-  return { scale: clampScale(scale), x: image.width / 2, y: image.height / 2 };
+  return { scale, x: image.width / 2, y: image.height / 2 };
+}
+
+/** Keep the image in sight: it covers the middle of the pane, and at least half of its width or height.
+ * @param {View} view @param {Size} image @param {Size} pane @returns {View} */
+export function clamp(view, image, pane) {
+  return {
+    scale: clampScale(view.scale, image, pane),
+    x: Math.min(Math.max(view.x, 0), image.width),
+    y: Math.min(Math.max(view.y, 0), image.height),
+  };
 }
 
 /** Show a box with a margin. @param {number[]} box x0, y0, x1, y1 @param {Size} pane @returns {View} */
@@ -22,7 +31,7 @@ export function fitBox(box, pane) {
   const width = Math.max(x1 - x0, 24) * 2.2;
   const height = Math.max(y1 - y0, 24) * 2.2;
   const scale = Math.min(pane.width / width, pane.height / height, 12);
-  return { scale: clampScale(scale), x: (x0 + x1) / 2, y: (y0 + y1) / 2 };
+  return { scale, x: (x0 + x1) / 2, y: (y0 + y1) / 2 };
 }
 
 /** @param {View} view @param {Size} pane @param {Point} at on screen @returns {Point} in the image */
@@ -41,12 +50,12 @@ export function toScreen(view, pane, at) {
   };
 }
 
-/** Zoom by a factor and keep the image point under the cursor where it is.
- * @param {View} view @param {Size} pane @param {Point} at on screen @param {number} factor
- * @returns {View} */
-export function zoomAt(view, pane, at, factor) {
+/** Zoom by a factor, as far as that goes, and keep the image point under the cursor where it is.
+ * @param {View} view @param {Size} image @param {Size} pane @param {Point} at on screen
+ * @param {number} factor @returns {View} */
+export function zoomAt(view, image, pane, at, factor) {
   const fixed = toImage(view, pane, at);
-  const scale = clampScale(view.scale * factor);
+  const scale = clampScale(view.scale * factor, image, pane);
   return {
     scale,
     x: fixed.x - (at.x - pane.width / 2) / scale,
@@ -59,7 +68,8 @@ export function pan(view, dx, dy) {
   return { scale: view.scale, x: view.x - dx / view.scale, y: view.y - dy / view.scale };
 }
 
-/** @param {number} scale */
-function clampScale(scale) {
-  return Math.min(LARGEST_SCALE, Math.max(LEAST_SCALE, scale));
+/** @param {number} scale @param {Size} image @param {Size} pane */
+function clampScale(scale, image, pane) {
+  const whole = fit(image, pane).scale;
+  return Math.min(Math.max(LARGEST_SCALE, whole), Math.max(whole / 2, scale));
 }

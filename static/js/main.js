@@ -3,23 +3,25 @@
  */
 import { actionsOf, CLEANUPS } from "./actions.js";
 import { api, openDesk } from "./api.js";
-import { $, notice, showFacts, showHeader, showSettings, showStatus, waiting } from "./chrome.js";
+import { $, notice, showFacts, showHeader, showSettings, waiting } from "./chrome.js";
 import { fillHelp, titleButtons, wireButtons, wireKeys } from "./controls.js";
 import { PairDesk } from "./desk.js";
-import { fit, fitBox, toScreen } from "./geometry.js";
+import { clamp, fit, fitBox } from "./geometry.js";
 import { Journal } from "./journal.js";
 import { KEYS, Keymap } from "./keys.js";
 import { LAYERS, pictureOf, Pictures } from "./layers.js";
 import { MaskView } from "./maskview.js";
 import { Modes } from "./modes.js";
 import { showConflict } from "./panels/conflict.js";
-import { COUNTS, Panes } from "./panes.js";
+import { COUNTS, Panes, shareOut } from "./panes.js";
 import { listen } from "./pointer.js";
 import { area } from "./raster.js";
 import { Saver } from "./saver.js";
 import { Side } from "./side.js";
+import { Standing } from "./standing.js";
 import { State } from "./state.js";
 import { takePrediction } from "./taking.js";
+import { Surroundings } from "./surroundings.js";
 import { View } from "./view.js";
 
 // Colours that colour-blind people can tell apart (after Okabe and Ito).
@@ -33,7 +35,11 @@ const PAUSE_MS = 700;
 const SHOWN_MS = 150;
 const state = new State();
 const keymap = new Keymap();
+const standing = new Standing();
+const around = new Surroundings(sessionStorage);
 let person = "";
+/** Of the server that gave this page. */
+let version = "";
 
 const saver = new Saver({ put: api.putMask, status: showSave,
   saved: (id, revision) => { desk.saved(id, revision); refreshSoon(); } });
@@ -42,7 +48,7 @@ const desk = new PairDesk(state, saver, {
   pair: showPair,
   candidate: showCandidate,
   sketch: () => view.ask(),
-  saved: () => { showHeader(state); showFacts(state); },
+  saved: () => { showHeader(state); view.ask(); },
   judged: () => attempt(side.load(true)),
   notice,
   waiting,
@@ -55,9 +61,13 @@ const desk = new PairDesk(state, saver, {
 const side = new Side(state, desk, masks, { selected: showSelected, attempt, notice,
   shown: (action) => keymap.shown(action), redraw: () => view.ask() });
 const pictures = new Pictures(() => view.ask());
-const panes = new Panes($("panes"), choosePane, () => { if (state.fitted) fitAll(); view.ask(); });
+const panes = new Panes($("panes"), choosePane, () => {
+  if (state.fitted) fitAll();
+  else if (state.pair) state.view = clamp(state.view, state.pair, panes.size());
+  view.ask();
+});
 const url = (/** @type {string} */ layer) => state.pair ? api.layerUrl(state.pair, layer, !state.second) : "";
-const view = new View(state, panes, masks, pictures, url);
+const view = new View(state, panes, masks, pictures, url, () => showFacts(state));
 const modes = new Modes(state, desk, side, { open, settings, notice, shown: (action) => keymap.shown(action),
   reveal: () => state.reveal(localStorage, person), attempt, redraw: () => showPair(false),
   next: (by) => { clearTimeout(showing); return socket.send({ type: "step", by }); } });
@@ -66,21 +76,28 @@ const actions = actionsOf({ state, desk, side, modes, pressAt, settings, redraw:
   takePrediction: () => takePrediction(desk, url("prediction")),
   theme: () => { state.dark = !state.dark; settings(); socket.send({ type: "theme", dark: state.dark }); },
   help: () => { $("help").open ? $("help").close() : $("help").showModal(); } });
-const socket = openDesk(new URLSearchParams(location.search).get("client") ?? "", receive);
+const socket = openDesk(() => around.joining(state), {
+  message: receive,
+  here: () => { standing.joined(); saver.retry(); },
+  away: () => { around.left(); standing.parted(api.me().then(() => 200, (error) => error.status ?? 0)); },
+});
+window.addEventListener("client", () => socket.again());
+window.addEventListener("pagehide", () => around.left());
 
 /** @param {any} message from the server's side of the desk */
 async function receive(message) {
   if (message.type === "ready") {
+    around.joined();
     const first = !person;
+    version ||= message.version;
+    if (message.version !== version) notice("The server has been updated. Load the page again to work with what is new.", true);
     person = `${message.store}.${message.annotator}`;
     state.annotator = message.annotator;
     if (first) await start();
-    const linked = Number(new URLSearchParams(location.search).get("pair"));
-    // A desk that knows nothing yet follows the frame, after a restart say; else the frame the desk.
-    const own = state.pair?.id ?? (linked || state.lastPair(sessionStorage, message.store));
-    const wanted = message.fresh && own ? own : message.pair;
+    const linked = first && message.fresh && Number(new URLSearchParams(location.search).get("pair"));
+    const wanted = linked || message.pair;
     if (!wanted) notice("There are no pairs yet. Import some: reviewer import DIR", true);
-    else if (wanted !== state.pair?.id) await open(wanted, message.run);
+    else if (wanted !== state.pair?.id || message.run !== state.run) await open(wanted, message.run);
     else showingSoon();
     await fillRuns();
     if (state.mode === "audit" && first) await modes.change("audit");
@@ -88,6 +105,8 @@ async function receive(message) {
     notice(message.detail, true);
   } else if (message.type === "open" && message.pair) {
     if (message.pair !== desk.wanted || message.run !== state.run) await open(message.pair, message.run);
+  } else if (message.type === "queue") {
+    around.filtered(message);
   } else if (message.type === "ahead") {
     for (const id of message.pairs) loadAhead(id);
   } else if (message.type === "end") {
@@ -106,10 +125,6 @@ async function start() {
   showKeys();
   settings();
   socket.send({ type: "theme", dark: state.dark });
-  if (window.parent !== window && !sessionStorage.getItem("reviewer.sized")) {
-    sessionStorage.setItem("reviewer.sized", "yes");
-    socket.send({ type: "window", width: window.parent.innerWidth });
-  }
   api.me().then(({ clicks }) => { $("segmenter").textContent = `clicks: ${clicks}`; });
   try {
     const left = await saver.begin(await Journal.open(person));
@@ -117,6 +132,7 @@ async function start() {
   } catch (error) {
     notice(`This browser keeps no unsent work, so do not close it while offline: ${error}`, true);
   }
+  if (saver.idle) standing.saving("saved", "");
   window.focus();
 }
 
@@ -149,12 +165,12 @@ function showPair(fresh) {
     side.reset();
     const place = state.place(sessionStorage, pair.id);
     state.fitted = place?.fitted ?? true;
-    state.view = place && !place.fitted ? place.view : fit(pair, panes.size());
+    state.view = place && !place.fitted ? clamp(place.view, pair, panes.size()) : fit(pair, panes.size());
     state.selected = place?.selected ?? null;
   }
+  rememberPlaceSoon();
   showHeader(state);
   for (const { element } of panes.items) element.classList.toggle("locked", state.locked);
-  showFacts(state);
   attempt(side.load());
   view.ask();
 }
@@ -162,10 +178,7 @@ function showPair(fresh) {
 /** @param {boolean} go show the place of the selected proposal */
 function showSelected(go) {
   const box = state.proposal?.box_xyxy;
-  if (go && box && box[2] > box[0]) {
-    state.view = fitBox(box, panes.size());
-    state.fitted = false;
-  }
+  if (go && box && box[2] > box[0]) look(fitBox(box, panes.size()));
   rememberPlaceSoon();
   view.ask();
 }
@@ -176,13 +189,12 @@ function showCandidate() {
   if (shown) masks.candidate.show(shown);
   else if (side.looked === null) masks.candidate.clear();
   view.now();
-  showFacts(state);
 }
 
 /** @param {string} status @param {string} [detail] @param {number} [id] the pair it is about */
 function showSave(status, detail = "", id = 0) {
   const waits = [...saver.parked.values()][0];
-  showStatus(status === "saved" && waits ? waits : status, detail);
+  standing.saving(status === "saved" && waits ? waits : status, detail);
   if (status === "conflict") {
     const name = state.pair?.id === id ? `${state.pair.split}/${state.pair.name}` : `Pair ${id}`;
     const picture = state.pair?.id === id ? pictures.get(url("live")).bitmap : null;
@@ -200,7 +212,6 @@ function countSoon() {
     if (state.drawing) return countSoon();
     state.area = { mask: area(desk.masks.mask), ignore: area(desk.masks.ignore) };
     if (!state.area.ignore) masks.ignore.clear();
-    showFacts(state);
     view.ask();
   }, 60);
 }
@@ -220,6 +231,14 @@ let remembering = 0;
 function rememberPlaceSoon() {
   clearTimeout(remembering);
   remembering = window.setTimeout(() => state.rememberPlace(sessionStorage, person), 200);
+}
+
+/** Look elsewhere, but never past the picture. @param {import("./geometry.js").View} there */
+function look(there) {
+  if (!state.pair) return;
+  state.view = clamp(there, state.pair, panes.size());
+  state.fitted = false;
+  rememberPlaceSoon();
 }
 
 function fitAll() {
@@ -311,14 +330,17 @@ for (const tab of document.querySelectorAll("[data-side]")) {
   };
 }
 $("pane-count").onchange = () => {
-  const count = Number($("pane-count").value);
-  const more = Object.keys(LAYERS).filter((layer) => !state.layers.includes(layer));
-  state.layers = [...state.layers, ...more].slice(0, count);
+  Object.assign(state, shareOut(Number($("pane-count").value), state.layers, state.spare));
   panes.build(state.layers);
   fitAll();
   settings();
 };
-$("run").onchange = () => { socket.send({ type: "run", run: $("run").value }); $("run").blur(); };
+$("run").onchange = () => {
+  $("run").blur();
+  if (socket.send({ type: "run", run: $("run").value })) return;
+  $("run").value = state.run ?? "";
+  notice("The server cannot be reached just now.", true);
+};
 $("reset-keys").onclick = () => { keymap.changes = {}; showKeys(); settings(); };
 $("close-help").onclick = () => $("help").close();
 listen($("panes"), state, {
@@ -331,8 +353,8 @@ listen($("panes"), state, {
   end: () => attempt(desk.release()),
   cancel: () => desk.cancel(),
   resize: (factor) => actions[factor > 1 ? "larger" : "smaller"](true),
-  changed: () => { desk.activity.note(); showFacts(state); view.ask(); },
-  zoomed: () => { state.fitted = false; rememberPlaceSoon(); },
+  changed: () => { desk.activity.note(); view.ask(); },
+  look,
 });
 window.addEventListener("blur", () => { state.blinking = state.swiping = state.hidden = false; view.ask(); });
 window.addEventListener("online", () => saver.retry());
@@ -347,4 +369,3 @@ for (const type of ["pointerdown", "keydown"]) {
 wireButtons(act);
 wireKeys(keymap, act, () => /** @type {HTMLDialogElement | null} */ (document.querySelector("dialog[open]")));
 titleButtons(keymap);
-showStatus("saved", "");

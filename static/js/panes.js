@@ -13,6 +13,15 @@ import { LAYERS } from "./layers.js";
 export const COUNTS = [1, 2, 3, 4, 6, 8];
 const GAP = 2;
 
+/** Share out layers to another number of panes: those of closed panes are kept, and come back first.
+ * @param {number} count @param {string[]} layers @param {string[]} spare
+ * @returns {{layers: string[], spare: string[]}} */
+export function shareOut(count, layers, spare) {
+  const known = [...layers, ...spare];
+  const all = [...known, ...Object.keys(LAYERS).filter((layer) => !known.includes(layer))];
+  return { layers: all.slice(0, count), spare: all.slice(count, Math.max(count, known.length)) };
+}
+
 export class Panes {
   /** @param {HTMLElement} root @param {(index: number, layer: string) => void} chosen
    * @param {() => void} resized */

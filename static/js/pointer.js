@@ -13,7 +13,8 @@ import { pan, toImage, zoomAt } from "./geometry.js";
  *   begin: (at: Point, keys: {shift: boolean, alt: boolean, right: boolean}, pane: number) => void,
  *   move: (at: Point) => void, hover: (at: Point, pane: number) => void, leave: () => void,
  *   end: () => void, cancel: () => void,
- *   resize: (factor: number) => void, changed: () => void, zoomed: () => void}} on
+ *   resize: (factor: number) => void, changed: () => void,
+ *   look: (view: import("./geometry.js").View) => void}} on
  */
 export function listen(root, state, on) {
   /** @type {{id: number, kind: "draw" | "pan", type: string, x: number, y: number} | null} */
@@ -33,6 +34,10 @@ export function listen(root, state, on) {
   };
   /** @param {{clientX: number, clientY: number}} event @param {HTMLElement} canvas */
   const inImage = (event, canvas) => toImage(state.view, on.size(), place(event, canvas));
+
+  const zoom = (/** @type {Point} */ at, /** @type {number} */ factor) => {
+    if (state.pair) on.look(zoomAt(state.view, state.pair, on.size(), at, factor));
+  };
 
   // Keys belong to the workbench while the pointer is over it; a prevented click would not focus it.
   root.addEventListener("pointerenter", () => window.focus());
@@ -76,9 +81,8 @@ export function listen(root, state, on) {
     const spread = ([a, b] = before) => Math.max(8, Math.hypot(a.x - b.x, a.y - b.y));
     const middle = ([a, b] = before) => ({ clientX: (a.x + b.x) / 2, clientY: (a.y + b.y) / 2 });
     const [from, to] = [middle(before), middle(after)];
-    on.zoomed();
-    state.view = pan(state.view, to.clientX - from.clientX, to.clientY - from.clientY);
-    state.view = zoomAt(state.view, on.size(), place(to, canvas), spread(after) / spread(before));
+    on.look(pan(state.view, to.clientX - from.clientX, to.clientY - from.clientY));
+    zoom(place(to, canvas), spread(after) / spread(before));
     on.changed();
   };
 
@@ -88,8 +92,7 @@ export function listen(root, state, on) {
     if (fingers.size === 2) return void (fingers.has(event.pointerId) && pinch(event, canvas));
     if (drag && drag.id !== event.pointerId) return;
     if (drag?.kind === "pan") {
-      on.zoomed();
-      state.view = pan(state.view, event.clientX - drag.x, event.clientY - drag.y);
+      on.look(pan(state.view, event.clientX - drag.x, event.clientY - drag.y));
       drag.x = event.clientX;
       drag.y = event.clientY;
     } else if (drag) {
@@ -126,9 +129,7 @@ export function listen(root, state, on) {
     if (event.ctrlKey) {
       on.resize(event.deltaY < 0 ? 1.15 : 1 / 1.15);
     } else {
-      const factor = Math.exp(-event.deltaY * 0.0015);
-      on.zoomed();
-      state.view = zoomAt(state.view, on.size(), place(event, canvas), factor);
+      zoom(place(event, canvas), Math.exp(-event.deltaY * 0.0015));
     }
     on.changed();
   }, { passive: false });

@@ -1,22 +1,51 @@
 /**
- * In words, which revision of a pair counts as ground truth: who approved or submitted it, and who
- * has drawn since. An approval speaks of one revision; what comes after it has not been looked at.
- * @typedef {{revision: number, standing: string, said_by: string[], changed_by: string[]}} Truth
+ * How the person's work stands: the line that says whether it is saved, and the banner over the panes
+ * while the server cannot be asked. Nothing is called saved then.
  */
+import { $ } from "./chrome.js";
 
-/** @type {Record<string, string>} */
-const SAID = { approved: "approved", submitted: "submitted", confirmed_empty: "confirmed empty" };
+/** What waits for the person, with or without the server. */
+const DECISIONS = ["conflict", "locked", "refused"];
+const WHY = {
+  away: "The server is away; your work is kept here and is sent when it is back.",
+  "signed out": "You are signed out; your work is kept here and is sent when you have signed in again, in another tab.",
+};
 
-/**
- * @param {Truth | null} truth @param {number} newest the revision on the screen, 0 = none
- * @param {string} me who has drawn what the server does not tell yet
- * @returns {string} "" where there is no mask at all
- */
-export function standing(truth, newest, me) {
-  if (!truth) return newest ? "unfinished: counts once it is submitted" : "";
-  const by = truth.said_by.length ? ` by ${truth.said_by.join(", ")}` : "";
-  const what = `${SAID[truth.standing] ?? "imported"} r${truth.revision}${by}`;
-  if (newest <= truth.revision) return what;
-  const changed = truth.changed_by.length ? truth.changed_by : [me];
-  return `${what}; changed since by ${changed.join(", ")}`;
+export class Standing {
+  constructor() {
+    this.status = "opening";
+    this.detail = "";
+    /** @type {keyof typeof WHY | null} why the server cannot be asked */
+    this.apart = null;
+  }
+
+  /** @param {string} status of the saver @param {string} detail */
+  saving(status, detail) {
+    Object.assign(this, { status, detail });
+    this.draw();
+  }
+
+  /** The desk's socket is open. */
+  joined() {
+    this.apart = null;
+    this.draw();
+  }
+
+  /** The desk's socket is closed. @param {Promise<number>} answer status of another request, 0 for none */
+  async parted(answer) {
+    this.apart ??= "away";
+    this.draw();
+    const status = await answer;
+    // It may be open again by now.
+    if (this.apart) this.apart = status === 401 ? "signed out" : "away";
+    this.draw();
+  }
+
+  draw() {
+    const status = this.apart && !DECISIONS.includes(this.status) ? "offline" : this.status;
+    $("save").dataset.status = status;
+    $("save").textContent = this.detail && status !== "conflict" ? `${status}: ${this.detail}` : status;
+    $("away").textContent = WHY[this.apart ?? (this.detail ? "signed out" : "away")];
+    $("away").hidden = status !== "offline";
+  }
 }

@@ -1,6 +1,6 @@
 /**
- * The workbench's state, and what of it outlives a reload. Docking the panel reloads the frame, so
- * everything a person set must come back: settings from localStorage, place and zoom from
+ * The workbench's state, and what of it outlives a reload of the page, after which everything a
+ * person set must come back: settings from localStorage, place and zoom from
  * sessionStorage.
  * @typedef {import("./geometry.js").View} ViewState
  * @typedef {{x: number, y: number}} Point
@@ -12,7 +12,7 @@
  *   score: number | null, region_id: number | null, area: number, box_xyxy: number[],
  *   counts: string, outcome: string | null}} Proposal
  * @typedef {{id: number, split: string, name: string, width: number, height: number,
- *   revision: number, state: string, truth: import("./standing.js").Truth | null,
+ *   revision: number, state: string, truth: import("./truth.js").Truth | null,
  *   run: string | null, layers: string[], version: string,
  *   regions: Region[], scores: Record<string, import("./panels/proposal_list.js").Score>,
  *   alignment: {valid_fraction: number, residual_before: number, residual_after: number,
@@ -39,6 +39,7 @@ const DEFAULTS = {
   side: "proposals",
   keys: /** @type {Record<string, string>} */ ({}),
   layers: ["warped", "live", "detector", "objects_live", "doi", "prediction"],
+  spare: /** @type {string[]} */ ([]),
 };
 const KEPT = /** @type {(keyof typeof DEFAULTS)[]} */ (Object.keys(DEFAULTS));
 const FINISHED = ["submitted", "approved", "confirmed_empty", "skipped"];
@@ -69,6 +70,8 @@ export class State {
     this.layers = [...DEFAULTS.layers];
     /** The pair in doubt whose warp the person wants to see all the same. @type {number | null} */
     this.warpWanted = null;
+    /** Layers of panes that are closed: they come back with their panes. */
+    this.spare = [...DEFAULTS.spare];
     /** @type {Pair | null} */
     this.pair = null;
     /** @type {ViewState} */
@@ -183,22 +186,19 @@ export class State {
   rememberPlace(session, owner) {
     if (!this.pair) return;
     session.setItem("reviewer.owner", owner);
-    const { view, selected, fitted } = this;
-    session.setItem("reviewer.place", JSON.stringify({ pair: this.pair.id, view, selected, fitted }));
+    const { run, view, selected, fitted } = this;
+    session.setItem("reviewer.place", JSON.stringify({ pair: this.pair.id, run, view, selected, fitted }));
   }
 
-  /** Return the pair that was open here in this database, 0 for none.
-   * @param {Storage} session @param {string} store */
-  lastPair(session, store) {
-    const owner = session.getItem("reviewer.owner") ?? "";
-    const text = session.getItem("reviewer.place");
-    return text && owner.startsWith(`${store}.`) ? JSON.parse(text).pair : 0;
+  /** Return where the person was looking last, null for nowhere. @param {Storage} session
+   * @returns {{pair: number, run: string | null, view: ViewState, selected: string | null, fitted: boolean} | null} */
+  lastPlace(session) {
+    return JSON.parse(session.getItem("reviewer.place") ?? "null");
   }
 
   /** Return the place when it is of this pair. @param {Storage} session @param {number} id */
   place(session, id) {
-    const text = session.getItem("reviewer.place");
-    const place = text ? JSON.parse(text) : null;
-    return place && place.pair === id ? place : null;
+    const place = this.lastPlace(session);
+    return place?.pair === id ? place : null;
   }
 }

@@ -15,13 +15,15 @@ export class View {
   /** @param {State} state @param {import("./panes.js").Panes} panes
    * @param {Record<"mask" | "ignore" | "candidate" | "proposal", MaskView>} masks what lies over the pictures
    * @param {import("./layers.js").Pictures} pictures
-   * @param {(layer: string) => string} url address of a layer of the open pair */
-  constructor(state, panes, masks, pictures, url) {
+   * @param {(layer: string) => string} url address of a layer of the open pair
+   * @param {() => void} drawn what is written about the state can be written too */
+  constructor(state, panes, masks, pictures, url, drawn) {
     this.state = state;
     this.panes = panes;
     this.masks = masks;
     this.pictures = pictures;
     this.url = url;
+    this.drawn = drawn;
     this.asked = false;
     /** The masks as drawn last, and since when they are so. */
     this.versions = "";
@@ -67,6 +69,7 @@ export class View {
     const { scale, x, y } = state.view;
     panes.root.dataset.view = `${scale} ${x} ${y}`;
     panes.root.dataset.shown = complete.every(Boolean) ? String(state.pair.id) : "";
+    this.drawn();
     if (state.blinking) this.ask();
   }
 

@@ -147,18 +147,6 @@ def test_a_socket_without_a_session_is_refused(stranger, path):
         pass
 
 
-def test_only_our_own_frame_gets_the_workbench_of_a_client(stranger):
-    sign_in(stranger)
-    frame = {"Sec-Fetch-Site": "same-origin", "Sec-Fetch-Dest": "iframe"}
-    assert stranger.get("/workbench?client=x", headers=frame).status_code == 200
-    link = {"Sec-Fetch-Site": "none", "Sec-Fetch-Dest": "document"}
-    for headers in (link, {**frame, "Sec-Fetch-Dest": "document"}, {}):
-        reply = stranger.get("/workbench?client=x", headers=headers)
-        assert (reply.status_code, reply.headers["location"]) == (303, "/workbench")
-    referer = {"Referer": "http://localhost:8000/"}
-    assert stranger.get("/workbench?client=x", headers=referer).status_code == 200
-
-
 @pytest.mark.parametrize(
     "query", ["websocket=ws://evil.example", "playbackPath=http://evil.example"]
 )

@@ -3,7 +3,6 @@
 import socket
 import threading
 import time
-from dataclasses import dataclass
 
 import pytest
 import uvicorn
@@ -28,14 +27,44 @@ from reviewer.store.pairs import pair_ids
 TOKEN = "browser-test-token"
 
 
-@dataclass
 class Running:
-    """A server that runs, and what stands behind it."""
+    """A server over a store, on a port it keeps, and what stands behind it."""
 
-    url: str
-    store: Store
-    shell: Shell
-    desks: Desks
+    def __init__(self, store: Store) -> None:
+        self.store = store
+        self.port = 0
+        self.start()
+        self.url = f"http://127.0.0.1:{self.port}"
+
+    def start(self) -> None:
+        """Serve: the first time on a free port, later on the same one."""
+        listener = socket.socket()
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind(("127.0.0.1", self.port))
+        self.port = listener.getsockname()[1]
+        self.desks = Desks(self.store)
+        self.shell = Shell(self.desks)
+        access = Access.create("127.0.0.1", self.port, TOKEN, [])
+        clicks = Clicks(self.store, EmbeddingCache(GrabCutClicks(), None))
+        app = build_gateway(
+            self.store, access, self.desks, clicks, self.shell.port, on_stop=self.shell.stop
+        )
+        config = uvicorn.Config(
+            app, log_level="error", ws="websockets-sansio", timeout_graceful_shutdown=2
+        )
+        self._runner = uvicorn.Server(config)
+        self._thread = threading.Thread(target=self._runner.run, kwargs={"sockets": [listener]})
+        self._thread.start()
+        deadline = time.monotonic() + 20
+        while not self._runner.started and time.monotonic() < deadline:
+            time.sleep(0.05)
+        assert self._runner.started
+
+    def stop(self) -> None:
+        """Go away, as a server does that is stopped; the store stays."""
+        self._runner.should_exit = True
+        self._thread.join(timeout=20)
+        assert not self._thread.is_alive()
 
 
 @pytest.fixture(scope="session")
@@ -53,28 +82,13 @@ def browser():
 def server(tmp_path):
     """A gateway on a free port, over a split of three pairs and a finished run."""
     folder = write_split(tmp_path / "cs1")
-    listener = socket.socket()
-    listener.bind(("127.0.0.1", 0))
-    port = listener.getsockname()[1]
     with Store(tmp_path / "reviewer.db", create=True) as store:
         import_split(store, "cs1", folder, ImportSettings(), lambda *_: None)
         run = prepare_run(store, "first", PipelineSettings())
         run_pipeline(store, run, pair_ids(store))
-        desks = Desks(store)
-        shell = Shell(desks)
-        access = Access.create("127.0.0.1", port, TOKEN, [])
-        clicks = Clicks(store, EmbeddingCache(GrabCutClicks(), None))
-        app = build_gateway(store, access, desks, clicks, shell.port, on_stop=shell.stop)
-        config = uvicorn.Config(app, log_level="error", ws="websockets-sansio")
-        runner = uvicorn.Server(config)
-        thread = threading.Thread(target=runner.run, kwargs={"sockets": [listener]})
-        thread.start()
-        deadline = time.monotonic() + 20
-        while not runner.started and time.monotonic() < deadline:
-            time.sleep(0.05)
-        yield Running(f"http://127.0.0.1:{port}", store, shell, desks)
-        runner.should_exit = True
-        thread.join(timeout=20)
+        running = Running(store)
+        yield running
+        running.stop()
 
 
 @pytest.fixture

@@ -57,3 +57,52 @@ def test_nothing_of_the_workbench_is_pushed_out_of_its_frame(server, visit, widt
     assert (
         frame.locator("#toolbox").bounding_box()["x"] >= frame.frame_element().bounding_box()["x"]
     )
+
+
+def test_the_workbench_is_not_loaded_again_when_its_panel_is_folded_or_moved(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    page.locator(".mantine-Notification-closeButton").first.click(timeout=5000)
+    page.wait_for_timeout(1500)
+    frame.evaluate("document.body.dataset.same = 'yes'")
+    element = page.locator("iframe.workbench-frame")
+    before = element.bounding_box()
+    page.locator("[data-dock-region-collapse=right]").click()
+    expect(element).to_be_hidden()
+    page.locator("[data-dock-region=right] [data-dock-minimize-all]").click()
+    expect(element).to_be_visible()
+    page.wait_for_timeout(1500)
+    assert element.bounding_box() == before
+    page.get_by_role("tab", name="Scores").click()
+    expect(element).to_be_hidden()
+    page.get_by_role("tab", name="Workbench").click()
+    expect(element).to_be_visible()
+    drag(page, page.get_by_role("tab", name="Scores"), (480, 300))
+    assert on_top(page, page.get_by_role("button", name="Count", exact=True))
+    expect(element).to_be_visible()
+    drag(page, page.get_by_role("tab", name="Workbench"), (480, 200))
+    floating = element.bounding_box()
+    assert floating["x"] < before["x"] and floating["height"] > 500
+    assert on_top(page, element)
+    assert frame.evaluate("document.body.dataset.same") == "yes"
+
+
+def drag(page, tab, to):
+    """Drag a tab out of its panel, onto the map, so that it floats."""
+    box = tab.bounding_box()
+    page.mouse.move(box["x"] + 20, box["y"] + 8)
+    page.mouse.down()
+    page.mouse.move(*to, steps=10)
+    page.mouse.up()
+    page.wait_for_timeout(1500)
+
+
+def on_top(page, locator):
+    """Say whether what is drawn in the middle of an element is that element."""
+    return locator.evaluate(
+        """(element) => {
+            const { x, y, width, height } = element.getBoundingClientRect();
+            const found = document.elementFromPoint(x + width / 2, y + height / 2);
+            return element === found || element.contains(found);
+        }"""
+    )

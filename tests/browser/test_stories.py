@@ -246,10 +246,26 @@ def test_a_stranger_at_visers_port_sees_nothing(server, visit, browser):
     context = browser.new_context()
     page = context.new_page()
     page.goto(f"http://127.0.0.1:{server.shell.port}")
-    page.wait_for_selector("iframe.workbench-frame", state="attached", timeout=30_000)
+    page.wait_for_selector(".workbench-place", state="attached", timeout=30_000)
     page.wait_for_timeout(1000)
     text = page.locator("body").inner_text()
     assert "cs1" not in text and "Queue" not in text and "Ada" not in text
+    context.close()
+
+
+def test_no_link_unlocks_a_strangers_client(server, visit, browser):
+    ada, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(f"http://127.0.0.1:{server.shell.port}")
+    place = page.wait_for_selector(".workbench-place", state="attached", timeout=30_000)
+    nonce = place.get_attribute("data-client")
+    assert server.desks.find(nonce).annotator is None
+    for path in ("/workbench", "/"):
+        ada.goto(f"{server.url}{path}?client={nonce}")
+        ada.wait_for_timeout(2500)
+        assert server.desks.find(nonce).annotator is None
     context.close()
 
 
