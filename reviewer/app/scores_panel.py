@@ -92,11 +92,12 @@ class ScoresPanel:
             return
         one = [line for line in own if line.method == own[0].method and line.split != MEAN]
         ignored = sum(line.counts.ignored for line in one)
+        shown = f"<b>{html.escape(run.name)}</b>, scope {run.settings['scope']}"
         self._text.content = (
             basis
             + _line("<b>Mean F</b>")
             + means
-            + _line(f"<b>{html.escape(run.name)}</b>; {ignored:,} ill-posed pixels are left out")
+            + _line(f"{shown}; {ignored:,} ill-posed pixels are left out")
             + _table([short_row(line, self._group.value) for line in own])
         )
 

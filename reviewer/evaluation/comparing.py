@@ -50,7 +50,7 @@ def compare_runs(store: Store, first: str, second: str, method: str) -> Comparis
     if known is None:
         raise InvalidInput(f"method {method!r}: is none of {', '.join(METHOD_TITLE)}")
     runs = [run_of_name(store, name) for name in (first, second)]
-    flat = [_flat(run.settings) for run in runs]
+    flat = [flat_settings(run.settings) for run in runs]
     settings = [
         {"setting": key, first: flat[0].get(key), second: flat[1].get(key)}
         for key in sorted({*flat[0], *flat[1]})
@@ -91,11 +91,12 @@ def _rows(
     ]
 
 
-def _flat(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+def flat_settings(settings: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return the settings of a run by dotted name: model_settings.detect.middle."""
     found: dict[str, Any] = {}
     for key, value in settings.items():
         if isinstance(value, dict):
-            found.update(_flat(value, f"{prefix}{key}."))
+            found.update(flat_settings(value, f"{prefix}{key}."))
         else:
             found[prefix + key] = value
     return found

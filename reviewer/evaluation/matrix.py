@@ -12,17 +12,22 @@ from pathlib import Path
 from reviewer.evaluation.table_a import Row
 from reviewer.evaluation.table_a_text import columns_of, row_record, table_a_cells
 from reviewer.evaluation.tables import Form, csv_text, format_rows
+from reviewer.pipeline.settings import IMPORTED
 from reviewer.store.database import Store
 from reviewer.store.runs import run_of_name
 from reviewer.store.trainings import StoredTraining, list_trainings
 
-NOTHING = "nothing"
+NOTHING, UNKNOWN = "nothing", "unknown (imported)"
 
 
 def trained_on(store: Store, run: str) -> str:
     """Return what the detector of a run was trained on."""
-    settings = run_of_name(store, run).settings
-    checkpoint = settings.get("model_settings", {}).get("detect", {}).get("checkpoint")
+    found = run_of_name(store, run)
+    if found.settings["detector"] == IMPORTED:
+        # The run of a cross-fitting bears its name, and its nets stand below that.
+        folds = [each for each in list_trainings(store) if each.name.startswith(f"{run}/")]
+        return f"ground truth, {len(folds)} folds, never its own" if folds else UNKNOWN
+    checkpoint = found.settings["model_settings"].get("detect", {}).get("checkpoint")
     if checkpoint is None:
         return NOTHING
     folder = Path(checkpoint).resolve().parent

@@ -42,25 +42,28 @@ class Links:
 
 
 def highest_f(
-    choose: Callable[[Floats], tuple[Ints, Ints]], truth_px: Ints, tp: Ints, fp: Ints
+    choose: Callable[[Floats, Bools], tuple[Ints, Ints]], truth_px: Ints, tp: Ints, fp: Ints
 ) -> tuple[Ints, Ints]:
     """Return TP and FP by split of the decisions with the highest F.
 
     Args:
         choose: TP and FP by split of the decisions with the highest sum of 2 TP - rate (TP + FP),
-            for a rate by split.
+            for a rate by split, and whether the split is still open: what it says of others does
+            not matter.
         truth_px: changed pixels by split.
         tp, fp: of any decisions, to begin with.
     """
     rate = _f_score(tp, fp, truth_px)
+    waiting = np.ones(len(rate), np.bool_)
     for _ in range(MOST_ROUNDS):
-        other_tp, other_fp = choose(rate)
+        other_tp, other_fp = choose(rate, waiting)
         other = _f_score(other_tp, other_fp, truth_px)
-        better = other > rate + PARTIAL
-        if not better.any():
+        # A split that does not gain has found its highest F.
+        waiting &= other > rate + PARTIAL
+        if not waiting.any():
             break
-        tp, fp = np.where(better, other_tp, tp), np.where(better, other_fp, fp)
-        rate = np.where(better, other, rate)
+        tp, fp = np.where(waiting, other_tp, tp), np.where(waiting, other_fp, fp)
+        rate = np.where(waiting, other, rate)
     return tp, fp
 
 

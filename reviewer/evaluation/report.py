@@ -144,10 +144,13 @@ def _run_part(store: Store, run: Run) -> str:
     refresh_terms(store, run)
     terms = run_terms(store, run)
     parts = [f"<h2>{html.escape(run.name)}</h2>"]
-    members = f"{run.aligner}, {run.detector}, {run.settings.get('labeller')}, {run.segmenter}"
+    rule = rule_of_run(run.settings)
+    members = (
+        f"{run.aligner}, {run.detector}, {run.settings.get('labeller')}, {run.segmenter};"
+        f" scope {rule.scope}, f_b = 0: {rule.seen}"
+    )
     parts.append(f'<p class="soft">{html.escape(members)}</p>')
     if terms.pair_ids:
-        rule = rule_of_run(run.settings)
         values = np.linspace(0.0, 1.01, STEPS)
         engine = terms.whatif
         curve = engine.sweep([vary_rule(rule, "high", float(v)) for v in values]).mean_f()
@@ -163,7 +166,7 @@ def _run_part(store: Store, run: Run) -> str:
         )
     rows = audit_rows(store, run.id)
     if rows:
-        found = audit_report(rows, rule_of_run(run.settings).seen)
+        found = audit_report(rows, rule.seen)
         parts.append(_audit_text(found))
         parts.append(_table(predictor_rows(found.predictors)))
         parts.append(f'<p class="soft">{html.escape(seen_text(found.seen))}.</p>')

@@ -15,11 +15,13 @@ from typing import Any
 
 from reviewer.doi import Scope, Seen
 from reviewer.errors import InvalidInput
+from reviewer.evaluation.comparing import flat_settings
 from reviewer.evaluation.outcomes import refresh_terms
 from reviewer.evaluation.protocols import Protocol, protocol_lines, with_unjudged
 from reviewer.evaluation.rule_scores import rule_scores
 from reviewer.evaluation.rules import rule_of_run
 from reviewer.evaluation.tables import METHOD_TITLE
+from reviewer.pipeline.settings import IMPORTED
 from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.store.runs import list_runs
@@ -34,6 +36,8 @@ TITLES = {
 }
 """Detectors by the names that papers give them, in the order of Table A; others follow."""
 SCOPES: tuple[Scope, ...] = ("component", "image")
+OF_TRAINING = ("threshold", "model_settings.detect.checkpoint", "model_settings.detect.weights")
+"""Settings in which the runs of a repeated training differ; a checkpoint says its threshold."""
 AUDITED = METHOD_TITLE["audited"]
 Progress = Callable[[str], None]
 Repeats = Mapping[str, Sequence[str]]
@@ -168,7 +172,10 @@ def _members(runs: Mapping[str, Run], repeats: Repeats) -> list[tuple[str, tuple
                 raise InvalidInput(f"{given}: run {name} is named twice")
             taken.add(name)
             _check_same(given, runs[names[0]], runs[name])
-    titles = {name: TITLES.get(run.detector, run.detector) for name, run in runs.items()}
+    titles = {
+        name: name if run.detector == IMPORTED else TITLES.get(run.detector, run.detector)
+        for name, run in runs.items()
+    }
     alone = [name for name in runs if name not in taken]
     groups = [(title, tuple(names)) for title, names in repeats.items()]
     for name in alone:
@@ -197,9 +204,8 @@ def _check_same(given: str, first: Run, other: Run) -> None:
 
 
 def _but_training(run: Run) -> dict[str, Any]:
-    models = run.settings.get("model_settings", {})
-    kept = {stage: own for stage, own in models.items() if stage != "detect"}
-    return {**run.settings, "model_settings": kept, "threshold": None, "detector": run.detector}
+    settings = flat_settings(run.settings)
+    return {key: value for key, value in settings.items() if key not in OF_TRAINING}
 
 
 def _row(title: str, names: tuple[str, ...], variant: str, scored: Sequence[_Scored]) -> Row:

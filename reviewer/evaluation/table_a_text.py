@@ -23,15 +23,15 @@ def columns_of(rows: Sequence[Row]) -> list[str]:
     return ["Method", "pairs", "Mean F", *groups_of(rows)[1:]]
 
 
-def scope_rows(rows: Sequence[Row]) -> list[dict[str, str | int | float]]:
-    """Return a short table: a row a method, mean F by variant."""
-    found: dict[tuple[str, ...], dict[str, str | int | float]] = {}
+def scope_rows(rows: Sequence[Row]) -> list[dict[str, Value]]:
+    """Return a short table: a row a method, mean F by variant; None where a run has none."""
+    found: dict[tuple[str, ...], dict[str, Value]] = {}
     titles = {"": METHOD_TITLE["base"], AUDITED: AUDITED}
     columns = list(dict.fromkeys(row.variant for row in rows))
     for row in rows:
         short = found.setdefault(row.runs, {"run": ", ".join(row.runs), "pairs": row.pairs})
         for variant in columns:
-            short.setdefault(titles.get(variant, f"with DoI ({variant})"), float("nan"))
+            short.setdefault(titles.get(variant, f"with DoI ({variant})"), None)
         short[titles.get(row.variant, f"with DoI ({row.variant})")] = row.values[MEAN]
     return list(found.values())
 

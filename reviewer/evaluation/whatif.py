@@ -125,15 +125,19 @@ class WhatIf:
         """
         if (scope, seen) not in self._oracles:
             choose = self._best_objects if scope == "component" else self._best_images
-            base = self.base()
+            known = self.sweep([Rule(scope=scope, high=0.0), Rule(scope=scope, seen=seen)])
+            start = known.f_scores().argmax(axis=0)[None]
             tp, fp = highest_f(
-                lambda rate: choose(rate, seen == "reject"), self._truth, base.tp[0], base.fp[0]
+                lambda rate, waiting: choose(rate, waiting, seen == "reject"),
+                self._truth,
+                *(np.take_along_axis(sums, start, axis=0)[0] for sums in (known.tp, known.fp)),
             )
             self._oracles[scope, seen] = Sweep(self.splits, tp[None], fp[None], self._truth)
         return self._oracles[scope, seen]
 
-    def _best_objects(self, rate: Floats, may_reject: bool) -> tuple[Ints, Ints]:
-        links = Links(self._holds.links(), self._atoms.links(), self._in_play)
+    def _best_objects(self, rate: Floats, waiting: Bools, may_reject: bool) -> tuple[Ints, Ints]:
+        free = self._in_play & waiting[self._pair_split[self._objects.pair]]
+        links = Links(self._holds.links(), self._atoms.links(), free)
         gains = [
             (2 - price) * things.tp - price * things.fp
             for things in (self._parts, self._atoms)
@@ -143,7 +147,8 @@ class WhatIf:
         tp, fp = self._counts(adopted[None], kept[None])
         return tp[0], fp[0]
 
-    def _best_images(self, rate: Floats, may_reject: bool) -> tuple[Ints, Ints]:
+    def _best_images(self, rate: Floats, waiting: Bools, may_reject: bool) -> tuple[Ints, Ints]:
+        del waiting  # all pairs are quickly decided
         free = np.zeros(self._pairs, np.bool_)
         free[self._images.pair] = self._image_in_play
         everything = np.ones((1, len(self._objects.pair)), np.bool_)

@@ -47,6 +47,30 @@ def test_scores_follow_the_protocol_and_the_report_is_downloaded(server, visit):
     assert "F is averaged over images (empty and rightly so: skip)" in text
 
 
+def test_other_rules_and_both_scopes_are_named(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    page.get_by_role("tab", name="Scores").click()
+    page.get_by_role("button", name="Count", exact=True).click()
+    means = page.locator("table").first
+    for column in ("without DoI", "with DoI (component)", "with DoI (image)"):
+        expect(means).to_contain_text(column)
+    page.get_by_role("tab", name="What if").click()
+    page.get_by_text("Count what other rules would give").click()
+    expect(page.locator("body")).to_contain_text("oracle of scope component")
+    expect(page.locator("body")).to_contain_text("0 pairs change sides")
+    server.store.write(
+        lambda c: c.execute("UPDATE pair_terms SET terms = json_set(terms, '$.objects[0][1]', 9)")
+    )
+    page.get_by_text("Count what other rules would give").click()
+    page.get_by_label("f_b = 0").click()
+    page.get_by_role("option", name="reject").click()
+    expect(page.locator("body")).to_contain_text("2 pairs change sides")
+    page.get_by_label("scope", exact=True).click()
+    page.get_by_role("option", name="image").click()
+    expect(page.locator("body")).to_contain_text("oracle of scope image")
+
+
 @pytest.mark.parametrize("width", [1120, 1280, 1680])
 def test_nothing_of_the_workbench_is_pushed_out_of_its_frame(server, visit, width):
     page, frame = visit("Ada")

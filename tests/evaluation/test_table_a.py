@@ -12,9 +12,11 @@ from reviewer.errors import InvalidInput
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.matrix import trained_on
 from reviewer.evaluation.protocols import Protocol
+from reviewer.evaluation.report import report_page
 from reviewer.evaluation.split_figure import draw_splits
 from reviewer.evaluation.table_a import Row, table_a_rows
 from reviewer.evaluation.table_a_text import scope_rows, table_a_cells, table_a_text
+from reviewer.evaluation.tables import DASH
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.pairs import pair_ids
@@ -106,6 +108,8 @@ def test_runs_of_one_method_are_told_apart_by_name(db, tiny_split):
     for name in ("a", "b"):
         made(db, name, "cscdnet")
     assert [row.title for row in rows_of(db)[:2]] == ["CSCDNet (a)", "CSCDNet (b)"]
+    made(db, "my maps", "imported")
+    assert rows_of(db)[2].title == "my maps"
 
 
 def test_repetitions_are_one_row_of_mean_and_spread(db, tiny_split):
@@ -128,6 +132,9 @@ def test_only_what_shares_all_but_its_training_is_a_repetition(db, tiny_split):
     made(db, "b", "cscdnet", high=0.5)
     with pytest.raises(InvalidInput, match=r"--repeat x=a,b: b has another high, 0.5, not 0.9"):
         rows_of(db, repeats={"x": ("a", "b")})
+    with pytest.raises(InvalidInput, match=r"has another model_settings.detect.middle, 6.0"):
+        made(db, "c", "cscdnet", model_settings={"detect": {"middle": 6.0}})
+        rows_of(db, repeats={"x": ("a", "c")})
     with pytest.raises(InvalidInput, match="--repeat x=a,none: no run none has scores"):
         rows_of(db, repeats={"x": ("a", "none")})
     with pytest.raises(InvalidInput, match="--repeat y=a,a: run a is named twice"):
@@ -187,6 +194,18 @@ def test_the_short_table_has_a_row_a_run_and_both_scopes(db, tiny_split):
     assert row["run"] == "r" and row["pairs"] == 3
 
 
+def test_what_a_run_does_not_have_is_none_and_shown_as_a_dash(db, tiny_split):
+    made(db, "paper")
+    made(db, "other", seen="reject")
+    first, second = scope_rows(rows_of(db))
+    assert first["with DoI (image, f_b = 0: reject)"] is None
+    assert second["with DoI (image)"] is None
+    page = report_page(db, None, Protocol(), lambda step: None)
+    assert f'<td class="number">{DASH}</td>' in page
+    assert "nan" not in page.lower().split("<h2>by split")[0]
+    assert "scope component, f_b = 0: reject" in page
+
+
 def test_what_people_audited_stands_on_the_pairs_that_all_rows_stand_on(db, run, tiny_split):
     from reviewer.editing.verdicts import give_verdict
     from reviewer.store.regions import load_regions
@@ -233,6 +252,20 @@ def test_the_matrix_says_what_each_detector_was_trained_on(db, tiny_split):
         "public": "/elsewhere/best.pt",
         "plain": "nothing",
     }
+    training("crossed/1", {"fold": "1"})
+    training("crossed/2", {"fold": "2"})
+    for name in ("crossed", "maps"):
+        db.write(
+            lambda c, name=name: c.execute(
+                "INSERT INTO runs (name, aligner, detector, segmenter, settings, versions,"
+                " created_at) SELECT ?, aligner, 'imported', segmenter,"
+                " json_set(settings, '$.detector', 'imported'), versions, 'now'"
+                " FROM runs WHERE name = 'plain'",
+                [name],
+            )
+        )
+    assert trained_on(db, "crossed") == "ground truth, 2 folds, never its own"
+    assert trained_on(db, "maps") == "unknown (imported)"
     rows = json.loads(call(db, "--matrix", "--format", "json"))
     assert list(rows[0])[:3] == ["trained on", "method", "DoI"]
     assert {row["trained on"] for row in rows} == set(found.values())
