@@ -19,11 +19,14 @@ from reviewer.export.selection import Labelled
 from reviewer.masks import Rle, components, decode_rle, encode_rle, read_rle
 
 
-def coco_document(labelled: Sequence[Labelled], *, per_component: bool = False) -> dict[str, Any]:
+def coco_document(
+    labelled: Sequence[Labelled], *, per_component: bool = False, skipped: Sequence[str] = ()
+) -> dict[str, Any]:
     """Return the document; ids of images are the pair ids of the database.
 
     Args:
         per_component: an annotation for every 8-connected component, in place of one a pair.
+        skipped: titles of pairs that were left out as badly aligned, for `info`.
     """
     images: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []
@@ -62,7 +65,11 @@ def coco_document(labelled: Sequence[Labelled], *, per_component: bool = False) 
             ignored = read_rle(mask.height, mask.width, item.ignore_rle)
             annotate(pair.id, ignored, ill_posed=True)
     return {
-        "info": {"description": "change-detection ground truth", "reviewer": __version__},
+        "info": {
+            "description": "change-detection ground truth",
+            "reviewer": __version__,
+            **({"skipped": list(skipped)} if skipped else {}),
+        },
         "categories": [{"id": 1, "name": "change", "supercategory": "change"}],
         "images": images,
         "annotations": annotations,
@@ -75,7 +82,13 @@ def _components(mask: Rle) -> Iterator[Rle]:
         yield encode_rle(labels == number)
 
 
-def export_coco(labelled: Sequence[Labelled], target: Path, *, per_component: bool = False) -> int:
+def export_coco(
+    labelled: Sequence[Labelled],
+    target: Path,
+    *,
+    per_component: bool = False,
+    skipped: Sequence[str] = (),
+) -> int:
     """Write the document to the file `target`; return the number of images.
 
     Raises:
@@ -85,6 +98,7 @@ def export_coco(labelled: Sequence[Labelled], target: Path, *, per_component: bo
         raise Conflict(f"{target}: exists already; export into a new file")
     target.parent.mkdir(parents=True, exist_ok=True)
     partial = target.with_name(f".{target.name}.partial")
-    partial.write_text(json.dumps(coco_document(labelled, per_component=per_component)))
+    document = coco_document(labelled, per_component=per_component, skipped=skipped)
+    partial.write_text(json.dumps(document))
     partial.replace(target)
     return len(labelled)

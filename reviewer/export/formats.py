@@ -64,7 +64,12 @@ def export_as(
             store, labelled, target, selection, warped_by=options.warped_by, ignore=options.ignore
         )
     if form == "coco":
-        return export_coco(labelled, target, per_component=options.per_component)
+        return export_coco(
+            labelled,
+            target,
+            per_component=options.per_component,
+            skipped=selection.skipped,
+        )
     if form == "folds":
         return export_folds(store, labelled, target, selection, options.by, options.parts)
     if form not in PLAIN:
