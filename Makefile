@@ -41,7 +41,7 @@ fmt: $(DEV) ## Put the code into its format
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-docs: $(DEV) ## Write the generated pages: docs/cli.md, db/README.md
+docs: $(DEV) ## Write the generated pages: docs/cli.md, docs/settings.md, db/README.md
 	$(BIN)/python docs/generate.py
 
 bench: $(DEV) ## Measure the limits; see benchmarks/

@@ -30,7 +30,6 @@ from reviewer.pipeline.fields import load_flow, store_alignment, store_detection
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 
-DATA = Path("/work/shared/data")
 WIDTH = 640
 WAVES = ((6, 12), (12, 20), (25, 40))
 """Standard deviation of the displacement, and its reach, both in pixels."""
@@ -120,7 +119,9 @@ def count(views: Iterator[Views], aligner_name: str) -> dict[str, Any]:
 def main() -> None:
     """Count and print."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--data", type=Path, default=DATA, help="real_frames/ and real_pairs/")
+    parser.add_argument(
+        "--data", type=Path, required=True, help="folder with real_frames/ and real_pairs/"
+    )
     parser.add_argument("--demo", type=Path, help="database of a demo world")
     parser.add_argument("--aligner", default="dis")
     given = parser.parse_args()

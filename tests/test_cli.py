@@ -293,7 +293,7 @@ def test_runs_are_listed_shown_compared_and_deleted(folder):
 @pytest.mark.parametrize(
     ("given", "message"),
     [(["--set", "box_threshold=3"], "write STAGE.SETTING=VALUE"),
-     (["--set", "search.nothing=3"], "nothing"),
+     (["--set", "search.nothing=3"], "'nothing'; it has scale, sigma, least_px"),
      (["--segmenter", "oversegment:here"], "it takes no path"),
      (["--labeller", "vocabulary"], "needs words"),
      (["--labeller", "vocabulary:none.json"], "cannot be read"),

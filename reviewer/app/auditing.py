@@ -18,14 +18,26 @@ from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.walk import list_doubtful
 
 
+class JudgedPair(m.PairDetail):
+    """A pair after a verdict, and the verdict's key, by which it can be taken back."""
+
+    audit: int
+
+
+class StandingChange(m.Message):
+    """Whether a verdict stands, or is taken back."""
+
+    stands: bool
+
+
 def build_auditing(store: Store) -> APIRouter:
     """Return the router of the audit."""
     router = APIRouter()
 
-    def judged_pair(given: Given, who: int) -> m.JudgedPair:
+    def judged_pair(given: Given, who: int) -> JudgedPair:
         run = next(known for known in runs.list_runs(store) if known.id == given.run_id)
         detail = pair_detail(store, given.pair_id, who, run)
-        return m.JudgedPair(audit=given.audit, **dict(detail))
+        return JudgedPair(audit=given.audit, **dict(detail))
 
     @router.get("/audit-queue")
     def get_audit_queue(
@@ -58,7 +70,7 @@ def build_auditing(store: Store) -> APIRouter:
         ]
 
     @router.post("/regions/{region_id}/audit")
-    def post_audit(request: Request, region_id: m.Id, change: m.VerdictChange) -> m.JudgedPair:
+    def post_audit(request: Request, region_id: m.Id, change: m.VerdictChange) -> JudgedPair:
         """Give a verdict on a region; the answer is the pair with its new prediction."""
         who = annotator_id(store, str(request.state.annotator))
         given = give_verdict(
@@ -67,7 +79,7 @@ def build_auditing(store: Store) -> APIRouter:
         return judged_pair(given, who)
 
     @router.put("/audits/{audit_id}")
-    def put_audit(request: Request, audit_id: m.Id, change: m.StandingChange) -> m.JudgedPair:
+    def put_audit(request: Request, audit_id: m.Id, change: StandingChange) -> JudgedPair:
         """Take one's own verdict back, or give it again; the answer is the pair as it is then."""
         who = annotator_id(store, str(request.state.annotator))
         return judged_pair(change_standing(store, audit_id, who, stands=change.stands), who)

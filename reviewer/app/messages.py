@@ -11,7 +11,7 @@ from reviewer.app.fields import Comment, Counts, Key, ListedReason, Phrase, Word
 from reviewer.editing.proposals import Source
 from reviewer.records import ReviewState, Standing, TeamState, Verdict
 from reviewer.store.queue import Order
-from reviewer.store.skips import BADLY_ALIGNED, PairState
+from reviewer.store.skips import PairState
 from reviewer.store.walk import Opinion, WalkOrder
 
 LayerName = Literal[
@@ -222,14 +222,6 @@ class SkipInfo(Message):
     reason: str
 
 
-class SkipChange(Message):
-    """Skip a pair, its regions in this run (null: the newest) rejected; or take it up again."""
-
-    skipped: bool = True
-    run: str | None = None
-    reason: Annotated[str, Field(min_length=1, max_length=80)] = BADLY_ALIGNED
-
-
 class PairDetail(Message):
     """Everything the workbench needs to open a pair, but pixels."""
 
@@ -254,12 +246,6 @@ class PairDetail(Message):
     reads_labels: bool
     regions: list[RegionInfo]
     scores: dict[str, ScoreInfo]
-
-
-class JudgedPair(PairDetail):
-    """A pair after a verdict, and the verdict's key, by which it can be taken back."""
-
-    audit: int
 
 
 class RleMask(Message):
@@ -322,12 +308,6 @@ class VerdictChange(Message):
     verdict: Verdict
     reason: Word = ""
     comment: Comment = ""
-
-
-class StandingChange(Message):
-    """Whether a verdict stands, or is taken back."""
-
-    stands: bool
 
 
 class RevisionInfo(Message):

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from fastapi import APIRouter, Request
+from pydantic import Field
 
 from reviewer.app import messages as m
 from reviewer.app.details import choose_run, pair_detail
 from reviewer.editing.skipping import lift_skip, skip_pair
 from reviewer.store.database import Store
 from reviewer.store.reviews import annotator_id
+from reviewer.store.skips import BADLY_ALIGNED
+
+
+class SkipChange(m.Message):
+    """Skip a pair, its regions in this run (null: the newest) rejected; or take it up again."""
+
+    skipped: bool = True
+    run: str | None = None
+    reason: Annotated[str, Field(min_length=1, max_length=80)] = BADLY_ALIGNED
 
 
 def build_skipping(store: Store) -> APIRouter:
@@ -16,7 +28,7 @@ def build_skipping(store: Store) -> APIRouter:
     router = APIRouter()
 
     @router.put("/pairs/{pair_id}/skip")
-    def put_skip(request: Request, pair_id: m.Id, change: m.SkipChange) -> m.PairDetail:
+    def put_skip(request: Request, pair_id: m.Id, change: SkipChange) -> m.PairDetail:
         """Skip a pair that cannot be compared, with all of its regions in the run rejected; or take
         it up again, with those rejections withdrawn."""
         who, run = annotator_id(store, str(request.state.annotator)), choose_run(store, change.run)

@@ -65,6 +65,9 @@ def export(
     ] = "separate",
     by: Annotated[FoldName, typer.Option(help="folds: what is held out.")] = "same-split",
     parts: Annotated[int, typer.Option(help="folds: parts of same-split.")] = 5,
+    per_component: Annotated[
+        bool, typer.Option("--per-component", help="coco: one annotation a component.")
+    ] = False,
     db: Database = DEFAULT_DB,
 ) -> None:
     """Export masks, all-zero ones included; whole or not at all, with hashes in a manifest.
@@ -95,7 +98,7 @@ def export(
             selection = leave_out_skipped(store, selection)
         labelled, without = select_labelled(store, selection)
         warper = run_of_name(store, warped_by) if warped_by else None
-        options = Options(warper, ignore, by, parts)
+        options = Options(warper, ignore, by, parts, per_component)
         count = export_as(store, format, labelled, target, selection, options)
     what = "folds" if format == "folds" else "masks"
     typer.echo(f"{count} {what} in {target}; {len(without)} pairs have none")

@@ -101,7 +101,9 @@ def read_synthesis(given: Sequence[str] | None) -> dict[str, Any]:
     for text in given or []:
         name, equals, value = text.partition("=")
         if name not in known or not equals:
-            raise InvalidInput(f"--synthesis {text}: not NAME=VALUE of {', '.join(known)}")
+            raise InvalidInput(
+                f"--synthesis {text}: not NAME=VALUE of {', '.join(known)} (docs/settings.md)"
+            )
         default = (0.0, 1.0) if name == "rows" else getattr(defaults, name)
         kind = type(default[0]) if isinstance(default, tuple) else type(default)
         try:

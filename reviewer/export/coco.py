@@ -1,25 +1,33 @@
-"""COCO instances JSON: one annotation a changed pair, RLE segmentation, category "change".
+"""COCO instances JSON: one annotation a changed pair, or one a component; category "change".
 
-Pairs without change have an image and no annotation, as COCO has it. `iscrowd` is 0 although the
-segmentation is RLE: the mask is one region of change, not a crowd; pycocotools reads both. Pixels
-that are not to be scored are a second annotation with `iscrowd` 1, which is how COCO says that.
+Segmentations are RLE. Pairs without change have an image and no annotation, as COCO has it.
+`iscrowd` is 0 although the segmentation is RLE: the mask is one region of change, not a crowd;
+pycocotools reads both. Pixels that are not to be scored are an annotation more with `iscrowd` 1,
+which is how COCO says that.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from reviewer import __version__
 from reviewer.errors import Conflict
 from reviewer.export.selection import Labelled
-from reviewer.masks import Rle, read_rle
+from reviewer.masks import Rle, components, decode_rle, encode_rle, read_rle
 
 
-def coco_document(labelled: Sequence[Labelled]) -> dict[str, Any]:
-    """Return the document; ids of images are the pair ids of the database."""
+def coco_document(
+    labelled: Sequence[Labelled], *, per_component: bool = False, skipped: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return the document; ids of images are the pair ids of the database.
+
+    Args:
+        per_component: an annotation for every 8-connected component, in place of one a pair.
+        skipped: titles of pairs that were left out as badly aligned, for `info`.
+    """
     images: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []
 
@@ -51,20 +59,36 @@ def coco_document(labelled: Sequence[Labelled]) -> dict[str, Any]:
                 **item.origin,
             }
         )
-        if mask.area:
-            annotate(pair.id, mask, ill_posed=False)
+        for part in _components(mask) if per_component else [mask] if mask.area else []:
+            annotate(pair.id, part, ill_posed=False)
         if item.ignore_rle is not None:
             ignored = read_rle(mask.height, mask.width, item.ignore_rle)
             annotate(pair.id, ignored, ill_posed=True)
     return {
-        "info": {"description": "change-detection ground truth", "reviewer": __version__},
+        "info": {
+            "description": "change-detection ground truth",
+            "reviewer": __version__,
+            **({"skipped": list(skipped)} if skipped else {}),
+        },
         "categories": [{"id": 1, "name": "change", "supercategory": "change"}],
         "images": images,
         "annotations": annotations,
     }
 
 
-def export_coco(labelled: Sequence[Labelled], target: Path) -> int:
+def _components(mask: Rle) -> Iterator[Rle]:
+    labels, crops = components(decode_rle(mask))
+    for number in range(1, len(crops) + 1):
+        yield encode_rle(labels == number)
+
+
+def export_coco(
+    labelled: Sequence[Labelled],
+    target: Path,
+    *,
+    per_component: bool = False,
+    skipped: Sequence[str] = (),
+) -> int:
     """Write the document to the file `target`; return the number of images.
 
     Raises:
@@ -74,6 +98,7 @@ def export_coco(labelled: Sequence[Labelled], target: Path) -> int:
         raise Conflict(f"{target}: exists already; export into a new file")
     target.parent.mkdir(parents=True, exist_ok=True)
     partial = target.with_name(f".{target.name}.partial")
-    partial.write_text(json.dumps(coco_document(labelled)))
+    document = coco_document(labelled, per_component=per_component, skipped=skipped)
+    partial.write_text(json.dumps(document))
     partial.replace(target)
     return len(labelled)

@@ -24,17 +24,17 @@ from reviewer.store.database import Store
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What one format or another takes beside the selection; see `t0t1` and `folds`."""
+    """What one format or another takes beside the selection; see `coco`, `t0t1` and `folds`."""
 
     warped_by: Run | None = None
     ignore: IgnoreMode = "separate"
     by: FoldKind = "same-split"
     parts: int = 5
+    per_component: bool = False
 
 
 PLAIN: dict[str, Callable[[Sequence[Labelled], Path, Selection], int]] = {
     "png": export_png,
-    "coco": lambda labelled, target, _: export_coco(labelled, target),
     "coco-panoptic": export_panoptic,
     "labelme": export_labelme,
     "cvat": export_cvat,
@@ -63,8 +63,16 @@ def export_as(
         return export_t0t1(
             store, labelled, target, selection, warped_by=options.warped_by, ignore=options.ignore
         )
+    if form == "coco":
+        return export_coco(
+            labelled,
+            target,
+            per_component=options.per_component,
+            skipped=selection.skipped,
+        )
     if form == "folds":
         return export_folds(store, labelled, target, selection, options.by, options.parts)
     if form not in PLAIN:
-        raise InvalidInput(f"export {form!r}: there are {', '.join([*PLAIN, 't0t1', 'folds'])}")
+        known = ", ".join([*PLAIN, "coco", "t0t1", "folds"])
+        raise InvalidInput(f"export {form!r}: there are {known}")
     return PLAIN[form](labelled, target, selection)

@@ -18,6 +18,7 @@ from reviewer.models.interfaces import (
     Reads,
     Segmenter,
 )
+from reviewer.models.member_settings import wrong_setting
 
 if TYPE_CHECKING:
     from torch import nn
@@ -269,4 +270,5 @@ def _build(
     try:
         return builders[name](**(settings or {}))
     except TypeError as error:
-        raise InvalidInput(f"{kind} {name}: {error}") from error
+        message = wrong_setting(name, settings or {}) or str(error)
+        raise InvalidInput(f"{kind} {name}: {message}") from error

@@ -62,7 +62,9 @@ export class Modes {
 
   /** Approve, what is submitted already too, and go on. */
   approve() {
-    return this.state.pair?.state === "skipped" ? this.desk.editable : this.settle("approved");
+    // A skipped pair is taken up again first; asking whether it may be changed tells so.
+    if (this.state.pair?.state === "skipped" && !this.desk.editable) return undefined;
+    return this.settle("approved");
   }
 
   /** Set a state that a finished pair keeps; a pair that is reviewed is left.

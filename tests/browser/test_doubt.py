@@ -50,11 +50,9 @@ def test_the_panes_show_the_raw_reference_and_say_why(server, desk):
     expect(notes(frame).nth(2)).to_have_text(f"In doubt: {REASONS}")
     expect(frame.locator("#facts")).to_contain_text(f"in doubt: {DOUBT}; reaches 9% of the view")
     # Who wants to see the warp all the same sees it, and the next pair has its own.
-    picker.select_option("warped")
+    with page.expect_request("**/pairs/1/layers/warped.png*"):
+        picker.select_option("warped")
     expect(notes(frame).nth(0)).to_have_text(f"In doubt: {REASONS}")
-    frame.wait_for_function(
-        "performance.getEntriesByType('resource').some((e) => e.name.includes('/1/layers/warped'))"
-    )
     picker.select_option("reference")
     page.keyboard.press("ArrowRight")
     wait_title(frame, "cs1/0001")

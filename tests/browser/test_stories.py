@@ -131,7 +131,8 @@ def test_submit_export_and_compare(server, visit, tmp_path):
     ada = annotator_id(server.store, "Ada")
     assert review_state(server.store, 1, ada) == "submitted"
     page.keyboard.press("0")
-    frame.wait_for_selector('#state[data-state="confirmed_empty"]')
+    wait_title(frame, "cs1/0002")
+    assert review_state(server.store, 2, ada) == "confirmed_empty"
     everything = Selection()
     export_png(select_labelled(server.store, everything)[0], tmp_path / "out", everything)
     for pair, name in ((1, "0000"), (2, "0001"), (3, "0002")):

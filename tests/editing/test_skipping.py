@@ -1,5 +1,7 @@
 """A pair that cannot be compared is skipped, with all its regions rejected; and taken up again."""
 
+import json
+
 import pytest
 
 from reviewer.editing.skipping import lift_skip, skip_pair
@@ -7,6 +9,7 @@ from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import refresh_terms
+from reviewer.export.formats import Options, export_as
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.export.skipped import leave_out_skipped
 from reviewer.store.audited import audit_rows
@@ -113,12 +116,15 @@ def test_a_skipped_pair_counts_in_no_score_and_no_audit(db, run, ada):
     }
 
 
-def test_an_export_leaves_skipped_pairs_out_and_its_record_names_them(db, run, ada):
+def test_an_export_leaves_skipped_pairs_out_and_its_record_names_them(db, run, ada, tmp_path):
     skip_pair(db, 2, ada, run, "badly aligned")
     selection = leave_out_skipped(db, Selection())
     labelled, without = select_labelled(db, selection)
     assert [item.pair.id for item in labelled] == [1, 3] and without == []
     assert selection.record()["skipped"] == ["cs1/0001"]
+    export_as(db, "coco", labelled, tmp_path / "coco.json", selection, Options())
+    document = json.loads((tmp_path / "coco.json").read_text())
+    assert document["info"]["skipped"] == ["cs1/0001"] and len(document["images"]) == 2
     everything, _ = select_labelled(db, Selection())
     assert len(everything) == 3
     with pytest.raises(NotFound, match="none of 0 pairs"):

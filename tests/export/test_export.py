@@ -3,6 +3,7 @@
 import hashlib
 import json
 
+import numpy as np
 import pytest
 from people import draw
 from pycocotools.coco import COCO
@@ -11,10 +12,11 @@ from reviewer.atomic import whole_folder
 from reviewer.editing.commit import MaskEdit
 from reviewer.errors import Conflict, NotFound
 from reviewer.export.coco import export_coco
+from reviewer.export.formats import Options, export_as
 from reviewer.export.png import export_png
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.masks import decode_png, decode_rle, encode_rle
-from reviewer.store.revisions import newest_revision
+from reviewer.store.revisions import add_revision, newest_revision
 
 ALL = Selection()
 
@@ -68,6 +70,22 @@ def test_coco_reads_back_with_pycocotools(db, tiny_split, tmp_path, capsys):
         assert (coco.annToMask(annotation).astype(bool) == decode_rle(truth)).all()
         assert (annotation["area"], annotation["iscrowd"]) == (truth.area, 0)
         assert tuple(annotation["bbox"]) == truth.box_xywh
+
+
+def test_coco_can_have_an_annotation_a_component(db, tiny_split, tmp_path, capsys):
+    pair = tiny_split[0]
+    mask = np.zeros((120, 160), bool)
+    mask[10:20, 10:20] = mask[20:25, 20:25] = mask[60:70, 90:95] = True
+    add_revision(db, pair.id, encode_rle(mask), parent=1, annotator_id=None, source="import")
+    labelled, _ = select_labelled(db, ALL)
+    options = Options(per_component=True)
+    assert export_as(db, "coco", labelled, tmp_path / "coco.json", ALL, options) == 3
+    coco = COCO(tmp_path / "coco.json")
+    found = coco.loadAnns(coco.getAnnIds(imgIds=[pair.id]))
+    # Corners that touch are one component.
+    assert [(each["area"], each["iscrowd"]) for each in found] == [(125, 0), (50, 0)]
+    together = np.sum([coco.annToMask(each) for each in found], axis=0)
+    assert (together == mask).all()
 
 
 def test_ill_posed_pixels_are_a_crowd_in_coco(db, tiny_split, tmp_path, capsys):

@@ -33,7 +33,8 @@ class PdcNetAligner:
 
     Attributes:
         repository: folder of DenseMatching; its weights lie in `pre_trained_models/`.
-        network: PDCNet or PDCNet_plus, trained on `trained_on`.
+        network: PDCNet or PDCNet_plus.
+        trained_on: what its weights were trained on, as their file's name says.
         least_confidence: probability that the flow is right within `radius_px`, the paper's p_r.
         radius_px: R of the confidence, pixels.
         multi_stage: how large displacements are met, as DenseMatching names it.
