@@ -24,6 +24,7 @@ from reviewer.store.skips import PairState
 
 CAMERA_HEIGHT = 0.45
 WALL_HEIGHT = 0.35
+LEAST_AWAY = 3.0
 OPEN_PAIR = (255, 222, 60)
 REFERENCE = (150, 156, 165)
 UNSEEN = (36, 120, 200)
@@ -182,16 +183,23 @@ class MapPanel:
             grid = occupancy.grid
             ends = [cell_centre(grid, grid.height - 1, 0), cell_centre(grid, 0, grid.width - 1)]
             low, high = np.minimum(low, ends[0]), np.maximum(high, ends[1])
-        middle = (low + high) / 2
         camera = self._client.camera
+        position, middle = place_camera(low, high, camera.aspect)
         with self._client.atomic():
             camera.up_direction = (0.0, 0.0, 1.0)
-            # A narrow canvas must stand further back to see the whole width.
-            wide, deep = (float(v) for v in high - low)
-            away = max(deep, 0.62 * wide / max(camera.aspect, 0.2))
-            camera.position = (float(middle[0]), float(middle[1]) - 0.5 * away, 1.05 * away)
-            camera.look_at = (float(middle[0]), float(middle[1]), 0.0)
+            camera.position, camera.look_at = position, middle
         self._aimed = camera.aspect, np.array(camera.position)
+
+
+def place_camera(
+    low: npt.NDArray[np.float64], high: npt.NDArray[np.float64], aspect: float
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return where to stand and where to look so that a box of the floor (x, y) is seen whole."""
+    x, y = (float(v) for v in (low + high) / 2)
+    wide, deep = (float(v) for v in high - low)
+    # A narrow canvas must stand further back to see the whole width; a single place has none.
+    away = max(deep, 0.62 * wide / max(aspect, 0.2), LEAST_AWAY)
+    return (x, y - 0.5 * away, 1.05 * away), (x, y, 0.0)
 
 
 def _placed(

@@ -40,15 +40,17 @@ def check_regular(path: Path) -> int:
     try:
         about = path.stat()
     except (OSError, ValueError) as error:
-        raise InvalidInput(f"{path}: cannot be read, {_reason(error)}") from error
+        raise InvalidInput(f"{path}: cannot be read, {reason_of(error)}") from error
     if not stat.S_ISREG(about.st_mode):
         kind = KINDS.get(stat.S_IFMT(about.st_mode), "something else")
         raise InvalidInput(f"{path}: is {kind}, not a regular file")
     return about.st_size
 
 
-def _reason(error: Exception) -> str:
-    return str(error.strerror if isinstance(error, OSError) else error)
+def reason_of(error: Exception) -> str:
+    """Return in one line what a library says of a file, or the name of its error."""
+    said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return " ".join(said.split()) or type(error).__name__
 
 
 def read_text(path: Path) -> str:
@@ -61,7 +63,7 @@ def read_text(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise InvalidInput(f"{path}: cannot be read, {_reason(error)}") from error
+        raise InvalidInput(f"{path}: cannot be read, {reason_of(error)}") from error
     except UnicodeDecodeError as error:
         raise InvalidInput(f"{path}: is no UTF-8 text, byte {error.start} is odd") from error
 
@@ -92,7 +94,7 @@ def read_json(path: Path, wanted: str) -> Any:
     except RecursionError as error:
         raise InvalidInput(f"{path}: not {wanted}, it is nested too deeply") from error
     except ValueError as error:
-        raise InvalidInput(f"{path}: not {wanted}, it is no JSON: {error}") from error
+        raise InvalidInput(f"{path}: not {wanted}, it is no JSON: {reason_of(error)}") from error
 
 
 class _NoAliases(yaml.SafeLoader):
@@ -117,8 +119,7 @@ def read_yaml(path: Path) -> Any:
         return yaml.load(text, _NoAliases)
     except (yaml.YAMLError, RecursionError, *MALFORMED) as error:
         # What PyYAML raises for a scalar that does not fit its tag is no YAMLError.
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InvalidInput(f"{path}: is no readable YAML, {reason}") from error
+        raise InvalidInput(f"{path}: is no readable YAML, {reason_of(error)}") from error
 
 
 class _NoDoctype(ElementTree.TreeBuilder):
@@ -139,4 +140,4 @@ def read_xml(path: Path) -> ElementTree.Element:
     try:
         return ElementTree.parse(path, parser).getroot()
     except (OSError, ElementTree.ParseError, *MALFORMED) as error:
-        raise InvalidInput(f"{path}: not readable XML, {error}") from error
+        raise InvalidInput(f"{path}: not readable XML, {reason_of(error)}") from error

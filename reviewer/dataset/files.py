@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import hashlib
 import struct
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tokenize import TokenError
 from typing import Any
 
 import cv2
@@ -23,7 +25,7 @@ from PIL import ExifTags
 from PIL import Image as PillowImage
 from PIL.Image import Transpose
 
-from reviewer.dataset.documents import check_regular
+from reviewer.dataset.documents import check_regular, reason_of
 from reviewer.errors import InvalidInput
 
 IMAGE_SUFFIXES = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp"}
@@ -42,12 +44,14 @@ SIDEWAYS = (TURNS[5], TURNS[6], TURNS[7], TURNS[8])
 PNG_EXIF = {"exif", "Raw profile type exif", "xmp", "XML:com.adobe.xmp"}
 BROKEN = (
     OSError, SyntaxError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError,
-    EOFError, MemoryError, RuntimeError, struct.error,
+    EOFError, TokenError, MemoryError, RuntimeError, struct.error,
 )  # fmt: skip
-"""What Pillow's readers raise for damaged files."""
+"""What the readers of Pillow and NumPy raise for damaged files."""
 
 # Our own limit, checked on the header, replaces Pillow's warning at a size of its choosing.
 PillowImage.MAX_IMAGE_PIXELS = None
+# It warns of tags that it goes on without; what the pixels need still raises.
+warnings.filterwarnings("ignore", category=UserWarning, module=r"PIL\.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +114,7 @@ def _opened(path: Path) -> Iterator[PillowImage.Image]:
     try:
         image = PillowImage.open(path)
     except BROKEN as error:
-        raise InvalidInput(f"{path}: not a readable image, {error}") from error
+        raise InvalidInput(f"{path}: not a readable image, {reason_of(error)}") from error
     with image:
         width, height = image.size
         if height * width > LARGEST_PX:
@@ -120,7 +124,7 @@ def _opened(path: Path) -> Iterator[PillowImage.Image]:
         try:
             yield image
         except BROKEN as error:
-            raise InvalidInput(f"{path}: damaged image, {error}") from error
+            raise InvalidInput(f"{path}: damaged image, {reason_of(error)}") from error
 
 
 def _turn(image: PillowImage.Image) -> Transpose | None:
@@ -290,7 +294,7 @@ def read_flow(path: Path, check: Check) -> npt.NDArray[np.float32]:
             check((height, width, 2))
             flow = np.frombuffer(file.read(), "<f4").reshape(height, width, 2)
     except BROKEN as error:
-        raise InvalidInput(f"{path}: not a readable .flo file, {error}") from error
+        raise InvalidInput(f"{path}: not a readable .flo file, {reason_of(error)}") from error
     return flow.astype(np.float32)
 
 
@@ -309,4 +313,4 @@ def read_array(path: Path, check: Check) -> npt.NDArray[Any]:
         check(mapped.shape)
         return np.array(mapped)
     except BROKEN as error:
-        raise InvalidInput(f"{path}: not a readable .npy array, {error}") from error
+        raise InvalidInput(f"{path}: not a readable .npy array, {reason_of(error)}") from error
