@@ -59,6 +59,12 @@ def m007_reasons(db: Database) -> None:
     _run(db, "m007_reasons")
 
 
+@migrations()
+def m009_door(db: Database) -> None:
+    """Keep who is signed in, so that signing out ends it."""
+    _run(db, "m009_door")
+
+
 def _run(db: Database, name: str) -> None:
     script = (SCRIPTS / f"{name}.sql").read_text(encoding="utf-8")
     mask = (SCRIPTS / "mask_columns.sql").read_text(encoding="utf-8").rstrip()
