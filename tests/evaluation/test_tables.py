@@ -11,11 +11,12 @@ from scenes import write_split
 from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.editing.commit import MaskEdit, commit_mask
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.evaluation.tables import format_lines, table_lines
+from reviewer.evaluation.tables import csv_text, format_lines, format_rows, table_lines
 from reviewer.masks import encode_rle
 from reviewer.metrics import Counts
 from reviewer.pipeline.runner import prepare_run
 from reviewer.pipeline.settings import PipelineSettings
+from reviewer.records import Score
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import StoredIntegration
 from reviewer.store.results import StageResult, save_results
@@ -91,3 +92,14 @@ def test_the_table_is_written_in_every_format(db, scored):
     again = list(csv.DictReader(io.StringIO(format_lines(lines, "csv"))))
     assert [float(r["f_score"]) for r in again] == [r["f_score"] for r in rows]
     assert "| r | with DoI | **mean** | 3 |" in format_lines(lines, "markdown")
+
+
+def test_what_people_typed_stays_text_in_every_format():
+    scores = [Score("=HYPERLINK(1)", "doi", "a|b_%", 1, Counts(tp=1, fp=0, fn=0, tn=1))]
+    lines = table_lines(scores)
+    row = next(csv.DictReader(io.StringIO(format_lines(lines, "csv"))))
+    assert (row["run"], row["tp"]) == ("'=HYPERLINK(1)", "1")
+    assert csv_text([{"f": -0.5}], ["f"]) == "f\n-0.5"
+    assert r"| =HYPERLINK(1) | with DoI | a\|b\_% |" in format_lines(lines, "markdown")
+    assert r"a|b\_\%" in format_lines(lines, "latex")
+    assert r"| a\|b | 1 |" in format_rows([{"run": "a|b", "n": 1}], "markdown")
