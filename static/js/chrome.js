@@ -87,6 +87,7 @@ function alignmentFact(found) {
 /** @param {string} status @param {string} detail */
 export function showStatus(status, detail) {
   $("save").dataset.status = status;
+  $("save").title = detail;
   $("save").textContent = detail && status !== "conflict" ? `${status}: ${detail}` : status;
 }
 
