@@ -38,7 +38,7 @@ def desk(url: str, name: str = "Benchmark") -> Iterator[tuple[Page, Frame]]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_browser(), args=FLAGS)
         page = browser.new_page(viewport={"width": 1600, "height": 950})
-        page.goto(f"{url}/sign-in?token={TOKEN}")
+        page.goto(f"{url}/sign-in#token={TOKEN}")
         page.fill("input[name=name]", name)
         page.click("text=Sign in")
         element = page.wait_for_selector("iframe.workbench-frame", timeout=60_000)

@@ -66,6 +66,12 @@ def m008_approvals(db: Database) -> None:
 
 
 @migrations()
+def m009_door(db: Database) -> None:
+    """Keep who is signed in, so that signing out ends it."""
+    _run(db, "m009_door")
+
+
+@migrations()
 def m011_skips(db: Database) -> None:
     """Let verdicts be taken back, detections be doubted, and pairs be skipped as badly aligned."""
     _run(db, "m011_skips")

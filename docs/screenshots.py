@@ -130,7 +130,7 @@ def main() -> None:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_browser(), args=FLAGS)
         page = browser.new_page(viewport={"width": 1680, "height": 980})
-        page.goto(f"{url}/sign-in?token={token}")
+        page.goto(f"{url}/sign-in#token={token}")
         page.fill("input[name=name]", "Ada")
         page.click("text=Sign in")
         frame = page.wait_for_selector("iframe.workbench-frame", timeout=60_000).content_frame()

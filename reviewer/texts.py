@@ -6,7 +6,9 @@ be read: no control or format characters, no halves of characters. Whoever shows
 
 from __future__ import annotations
 
+import re
 import unicodedata
+from typing import Any
 
 from reviewer.errors import InvalidInput
 
@@ -50,3 +52,26 @@ def clean_text(
         if kind and not (lines and character in "\n\t"):
             raise InvalidInput(f"{name}: holds U+{ord(character):04X}, {kind}, at position {place}")
     return text
+
+
+def as_cell(value: Any) -> Any:
+    """Return a value for a cell of CSV; a text that a spreadsheet would compute gets a `'`."""
+    computed = isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r"))
+    return f"'{value}" if computed else value
+
+
+def as_latex(text: str) -> str:
+    """Return a text that LaTeX prints as it was typed."""
+    return "".join(_LATEX.get(character, character) for character in text)
+
+
+def as_markdown(text: str) -> str:
+    """Return a text that shows in a cell of a Markdown table as it was typed, on one line."""
+    return re.sub(r"([\\|`*_\[\]<>])", r"\\\1", " ".join(text.split()))
+
+
+_LATEX = {character: rf"\{character}" for character in "&%$#_{}"} | {
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+}

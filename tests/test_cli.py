@@ -70,6 +70,9 @@ def test_an_own_detector_is_brought_in(folder):
     [(["evaluate"], "database reviewer.db: does not exist"),
      (["import", "nowhere"], "nowhere: is not a folder"),
      (["serve", "--host", "0.0.0.0", "--port", "0"], "can be reached by others"),
+     (["serve", "--token-file", "none"], "--token-file none: cannot be read"),
+     (["serve", "--token-file", "data/cs1/live/0000.png"], "0000.png: cannot be read"),
+     (["serve", "--token-file", "x", "--token", "y"], "is given by --token or REVIEWER_TOKEN, too"),
      (["run", "--detector", "magic"], "detector 'magic': unknown; there are cdnet, "),
      (["run", "--name", "x", "--low", "0.9", "--high", "0.1"], "need 0 <= low <= high"),
      (["run", "--detector", "cscdnet"], "needs trained weights, --detector cscdnet:CHECKPOINT"),
@@ -95,6 +98,20 @@ def test_an_error_is_one_line_and_exit_code_2(folder, monkeypatch, capsys, argum
     assert stopped.value.code == 2
     assert message in captured.err and captured.err.count("\n") == 1
     assert isinstance(stopped.value.__context__, ReviewerError)
+
+
+def test_the_token_comes_from_a_file_or_the_environment(folder, monkeypatch):
+    call("import", "data")
+    served = []
+    monkeypatch.setattr("reviewer.app.server.serve_app", lambda db, **given: served.append(given))
+    (folder / "token").write_text("a-token-of-a-file\n")
+    assert call("serve", "--token-file", "token", "--proxy", "10.0.0.1").exit_code == 0
+    monkeypatch.setenv("REVIEWER_TOKEN", "a-token-of-the-environment")
+    assert call("serve").exit_code == 0
+    assert [given["token"] for given in served] == [
+        "a-token-of-a-file", "a-token-of-the-environment",
+    ]  # fmt: skip
+    assert [given["proxies"] for given in served] == [["10.0.0.1"], []]
 
 
 def in_one_line(monkeypatch, capsys, *arguments):

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reviewer.errors import InvalidInput
-from reviewer.texts import clean_text
+from reviewer.texts import as_cell, as_latex, as_markdown, clean_text
 
 
 @pytest.mark.parametrize(
@@ -61,3 +61,24 @@ def test_what_is_kept_is_kept_as_it_is(typed):
         return
     assert clean_text(kept, "text", longest=100, lines=True) == kept
     kept.encode()
+
+
+@pytest.mark.parametrize("typed", ["=1+1", "+1", "-1", "@SUM(A1)", "\tx", "\rx"])
+def test_a_typed_cell_is_no_formula(typed):
+    assert as_cell(typed) == f"'{typed}"
+
+
+def test_numbers_and_other_texts_are_cells_as_they_are():
+    for value in (-0.5, 3, None, "a=b", "", "cs1/0000", True):
+        assert as_cell(value) is value
+
+
+def test_latex_and_markdown_show_what_was_typed():
+    assert as_latex("a_b & 5% #1 {x} $y$") == r"a\_b \& 5\% \#1 \{x\} \$y\$"
+    assert as_latex("\\input{a}~^") == (
+        r"\textbackslash{}input\{a\}\textasciitilde{}\textasciicircum{}"
+    )
+    assert as_markdown("a|b <i>*x*</i> [l](u) `c` _d_\\") == (
+        r"a\|b \<i\>\*x\*\</i\> \[l\](u) \`c\` \_d\_\\"
+    )
+    assert as_markdown("two\nlines") == "two lines"

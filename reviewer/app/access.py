@@ -1,19 +1,16 @@
-"""Who may come in: token link -> signed cookie, and Host and Origin checks on every request.
+"""Who may come in: the token or a session, and Host and Origin checks on every request.
 
-The cookie carries the annotator's name under an HMAC keyed by the token, so a server restarted with
-the same `--token` knows its people. Viser and the API sit behind this guard; only the sign-in page
-and its style are open. Scripts send `Authorization: Bearer TOKEN`, and their name in `X-Annotator`.
+Viser and the API sit behind this guard; only the sign-in page with its style and script is open.
+People are told by their session (`sessions`); scripts send `Authorization: Bearer TOKEN`, and their
+name in `X-Annotator`.
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import hmac
 import ipaddress
 import re
 import secrets
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from urllib.parse import urlsplit
@@ -23,11 +20,12 @@ from starlette.requests import HTTPConnection
 from starlette.responses import JSONResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from reviewer.errors import InvalidInput
+from reviewer.app.sessions import Sessions
+from reviewer.errors import InvalidInput, ReviewerError
 from reviewer.store.reviews import clean_name
 
-OPEN_PATHS = ("/sign-in", "/static/sign-in.css", "/favicon.ico")
-SIGNED_IN_SECONDS = 30 * 86400
+OPEN_PATHS = ("/sign-in", "/static/sign-in.css", "/static/sign-in.js", "/favicon.ico")
+LEAST_HERE, LEAST_BEYOND = 8, 16
 SIGN_IN_BYTES = 10_000
 BODY_BYTES = 2**20
 POINTING_BYTES = 4 * 2**20
@@ -58,41 +56,36 @@ class Access:
         """Make the access rules of a server.
 
         Raises:
-            InvalidInput: when a host beyond this machine is asked for without a token.
+            InvalidInput: when others can reach it and no token is given, or one that is too short.
         """
+        others = not all(is_loopback(name) for name in (host, *allow_hosts))
         if token is None and not is_loopback(host):
             raise InvalidInput(
-                f"--host {host}: can be reached by others, so give a --token of your own"
-                " (or stay on 127.0.0.1 and use ssh -L)"
+                f"--host {host}: can be reached by others, so give a token of your own with"
+                " REVIEWER_TOKEN or --token-file (or stay on 127.0.0.1 and use ssh -L)"
             )
-        if token is not None and len(token) < 8:
-            raise InvalidInput("--token: needs at least 8 characters")
+        least = LEAST_BEYOND if others else LEAST_HERE
+        if token is not None and len(token) < least:
+            raise InvalidInput(
+                f"token: needs at least {least} characters"
+                + (" where others can reach it" if others else "")
+                + f", not {len(token)}; `openssl rand -base64 24` makes one"
+            )
         named = {host, *allow_hosts} - {"0.0.0.0", "::"}
         return cls(token or secrets.token_urlsafe(18), frozenset(named), f"reviewer_{port}")
 
-    def issue(self, name: str) -> str:
-        """Return the cookie value of an annotator."""
-        payload = base64.urlsafe_b64encode(f"{time.time():.0f} {name}".encode()).decode()
-        return f"{payload}.{self._sign(payload)}"
-
-    def annotator(self, connection: HTTPConnection) -> str | None:
-        """Return the annotator's name of a request, None when it is not signed in.
+    def script(self, headers: Headers) -> str | None:
+        """Return the name a script goes by, None when it does not know the token.
 
         Raises:
-            InvalidInput: when a script's name is none.
+            InvalidInput: when its name is none.
         """
-        bearer = connection.headers.get("authorization", "")
-        if bearer.startswith("Bearer "):
-            # Headers come as Latin-1; what people wrote into them was UTF-8.
-            if hmac.compare_digest(bearer[7:].encode("latin-1"), self.token.encode()):
-                name = connection.headers.get("x-annotator", "script")
-                return clean_name(name.encode("latin-1").decode("utf-8", "replace"))
+        # Headers come as Latin-1; what people wrote into them was UTF-8.
+        token = headers.get("authorization", "").removeprefix("Bearer ").encode("latin-1")
+        if not hmac.compare_digest(token, self.token.encode()):
             return None
-        payload, _, signature = connection.cookies.get(self.cookie, "").partition(".")
-        if not hmac.compare_digest(signature.encode(), self._sign(payload).encode()):
-            return None
-        issued, _, name = base64.urlsafe_b64decode(payload).decode().partition(" ")
-        return name if time.time() - float(issued) < SIGNED_IN_SECONDS else None
+        name = headers.get("x-annotator", "script")
+        return clean_name(name.encode("latin-1").decode("utf-8", "replace"))
 
     def knows_token(self, token: str) -> bool:
         """Compare a token in constant time."""
@@ -103,8 +96,10 @@ class Access:
         host = _host_of(f"//{header}")
         return is_loopback(host) or host in self.hosts
 
-    def _sign(self, payload: str) -> str:
-        return hmac.new(self.token.encode(), payload.encode(), hashlib.sha256).hexdigest()
+
+def _is_script(headers: Headers) -> bool:
+    """Say whether a request brings a token; a proxy may add other kinds of authorization."""
+    return headers.get("authorization", "").startswith("Bearer ")
 
 
 def same_origin(headers: Headers, *, required: bool) -> bool:
@@ -135,9 +130,10 @@ def _host_of(address: str) -> str:
 class Guard:
     """ASGI middleware that lets through what `Access` allows and answers the rest itself."""
 
-    def __init__(self, app: ASGIApp, access: Access) -> None:
+    def __init__(self, app: ASGIApp, access: Access, sessions: Sessions) -> None:
         self.app = app
         self.access = access
+        self.sessions = sessions
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check Host, Origin and session, in that order."""
@@ -145,12 +141,15 @@ class Guard:
             await self.app(scope, receive, send)
             return
         connection = HTTPConnection(scope)
+        session = connection.cookies.get(self.access.cookie, "")
         try:
-            annotator = self.access.annotator(connection)
+            annotator = self._annotator(connection, session)
             refusal = self._refuse(connection, scope, annotator)
-        except InvalidInput as error:
+        except ReviewerError as error:
             refusal = problem(error.status, str(error))
         if refusal is None:
+            if scope["type"] == "websocket" and not _is_script(connection.headers):
+                receive, send = self.sessions.guarded(session, receive, send)
             scope.setdefault("state", {})["annotator"] = annotator
             await self.app(scope, receive, send)
         elif scope["type"] == "websocket":
@@ -159,6 +158,12 @@ class Guard:
         else:
             await refusal(scope, receive, send)
 
+    def _annotator(self, connection: HTTPConnection, session: str) -> str | None:
+        """Return who asks: a script with the token, or a person who is signed in."""
+        if _is_script(connection.headers):
+            return self.access.script(connection.headers)
+        return self.sessions.annotator(session)
+
     def _refuse(
         self, connection: HTTPConnection, scope: Scope, annotator: str | None
     ) -> Response | None:
@@ -166,7 +171,7 @@ class Guard:
         host = headers.get("host", "")
         if not self.access.knows_host(host):
             return problem(421, f"host {host!r}: is not this server; see --allow-host")
-        bearer = "authorization" in headers
+        bearer = _is_script(headers)
         socket = scope["type"] == "websocket"
         unsafe = socket or scope["method"] not in SAFE_METHODS
         if unsafe and not same_origin(headers, required=not bearer):

@@ -126,7 +126,8 @@ def _who(request: Request) -> str:
 
 
 Annotator = Annotated[str, Depends(_who)]
-IfMatch = Annotated[str | None, Header(max_length=80)]
+ETAG: dict[str, Any] = {"pattern": r'^(W/)?"?[0-9]{1,9}"?$'}
+IfMatch = Annotated[str | None, Header(max_length=80, json_schema_extra=ETAG)]
 Id = m.Id
 
 

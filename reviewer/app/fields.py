@@ -64,7 +64,7 @@ Comment = Annotated[str, Readable(2000, lines=True)]
 """What a person has to say, on several lines if need be."""
 
 Phrase = Annotated[str, Readable(4000, lines=True)]
-"""What a person or a model calls something."""
+"""What a person calls something, before it is brought into the form of a label."""
 
 ListedReason = Annotated[str, Readable(400, lines=True)]
 """A line of the list of reasons, as it was typed."""

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import asyncio
-import html
 import logging
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Any
-from urllib.parse import parse_qsl
 
 from fastapi import FastAPI, Request, WebSocket
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import FileResponse, HTMLResponse, RedirectResponse, Response
+from fastapi.responses import FileResponse, Response
 from fastapi.staticfiles import StaticFiles
 from pydantic import TypeAdapter, ValidationError
 from starlette.datastructures import MutableHeaders
 from starlette.exceptions import HTTPException
+from starlette.routing import compile_path
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 
@@ -24,13 +23,15 @@ from reviewer import __version__
 from reviewer.app import frame_messages as frame
 from reviewer.app.access import Access, Guard, problem
 from reviewer.app.api import build_api
+from reviewer.app.attempts import Attempts
 from reviewer.app.desks import Desk, Desks
 from reviewer.app.proxy import ViserProxy
+from reviewer.app.sessions import Sessions
+from reviewer.app.signing_in import build_signing_in
 from reviewer.editing.clicks import Clicks
 from reviewer.errors import InvalidInput, ReviewerError, tell_system_error
 from reviewer.shipped import shipped_folder
 from reviewer.store.database import Store
-from reviewer.store.reviews import annotator_id
 
 LOG = logging.getLogger(__name__)
 LARGEST_MESSAGE = 100_000
@@ -44,6 +45,7 @@ PAGE_SECURITY = (
 HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
     "Content-Security-Policy": PAGE_SECURITY,
 }
 
@@ -74,33 +76,10 @@ def build_gateway(
     )
     static = shipped_folder("static")
     proxy = ViserProxy(viser_port)
+    sessions = Sessions(store, access.token)
     app.include_router(build_api(store, clicks))
+    app.include_router(build_signing_in(access, sessions, static, Attempts()))
     _answer_errors(app)
-
-    @app.get("/sign-in", include_in_schema=False)
-    def sign_in_page(token: str = "", name: str = "") -> HTMLResponse:
-        page = (static / "sign-in.html").read_text(encoding="utf-8")
-        page = page.replace("{{token}}", html.escape(token)).replace("{{name}}", html.escape(name))
-        return HTMLResponse(page, headers={"Cache-Control": "no-store"})
-
-    @app.post("/sign-in", include_in_schema=False)
-    async def sign_in(request: Request) -> Response:
-        form = dict(parse_qsl((await request.body()).decode("utf-8", "replace")))
-        if not access.knows_token(form.get("token", "")):
-            return problem(403, "token: is not this server's; open the link it printed")
-        name = form.get("name", "").strip()
-        await asyncio.to_thread(annotator_id, store, name)
-        response = RedirectResponse("/", 303)
-        response.set_cookie(
-            access.cookie, access.issue(name), httponly=True, samesite="strict", max_age=30 * 86400
-        )
-        return response
-
-    @app.post("/sign-out", include_in_schema=False)
-    def sign_out() -> Response:
-        response = RedirectResponse("/sign-in", 303)
-        response.delete_cookie(access.cookie)
-        return response
 
     @app.get("/workbench", include_in_schema=False)
     def workbench() -> Response:
@@ -124,7 +103,7 @@ def build_gateway(
 
     app.mount("/static", _Static(directory=static), name="static")
     app.add_middleware(SafeHeaders)
-    app.add_middleware(Guard, access=access)
+    app.add_middleware(Guard, access=access, sessions=sessions)
     return app
 
 
@@ -176,8 +155,11 @@ def _answer_errors(app: FastAPI) -> None:
         return problem(told.status, str(told))
 
     @app.exception_handler(HTTPException)
-    def http_error(_: Request, error: HTTPException) -> Response:
-        return problem(error.status_code, str(error.detail), error.headers)
+    def http_error(request: Request, error: HTTPException) -> Response:
+        headers = dict(error.headers or {})
+        if error.status_code == 405 and (methods := _methods(app, request.url.path)):
+            headers["Allow"] = ", ".join(methods)
+        return problem(error.status_code, str(error.detail), headers)
 
     @app.exception_handler(Exception)
     def unexpected(request: Request, error: Exception) -> Response:
@@ -188,6 +170,17 @@ def _answer_errors(app: FastAPI) -> None:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])
         return problem(InvalidInput.status, f"{place}: {first['msg']}")
+
+
+def _methods(app: FastAPI, path: str) -> list[str]:
+    """Return what may be done at a path of the API; Starlette tells the first route's alone."""
+    described = app.openapi()["paths"].items()
+    return [
+        method.upper()
+        for template, about in described
+        if compile_path(template)[0].match(path)
+        for method in sorted(about)
+    ]
 
 
 async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, clicks: Clicks) -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import socket
+from collections.abc import Sequence
 from pathlib import Path
+from urllib.parse import quote
 
 import uvicorn
 
@@ -29,10 +31,13 @@ def serve_app(
     token: str | None,
     allow_hosts: list[str],
     click: str,
+    proxies: Sequence[str] = (),
 ) -> None:
     """Serve until interrupted; print the sign-in link first. Port 0 takes a free one.
 
     Args:
+        proxies: addresses of reverse proxies, whose word for the person's address and for HTTPS
+            is taken.
         click: the click segmenter, NAME or NAME:PATH.
 
     Raises:
@@ -51,10 +56,12 @@ def serve_app(
         clicks = Clicks(store, EmbeddingCache(segmenter, cache_folder()))
         app = build_gateway(store, access, desks, clicks, shell.port, on_stop=shell.stop)
         shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
-        print(f"reviewer: http://{shown}:{number}/sign-in?token={access.token}", flush=True)
+        print(f"reviewer: http://{shown}:{number}/sign-in#token={quote(access.token)}", flush=True)
         config = uvicorn.Config(
             app,
             log_level="warning",
+            proxy_headers=bool(proxies),
+            forwarded_allow_ips=list(proxies),
             ws="websockets-sansio",
             ws_max_size=LARGEST_MESSAGE,
             ws_per_message_deflate=False,

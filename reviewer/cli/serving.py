@@ -21,6 +21,17 @@ ClickModel = Annotated[
 ]
 
 
+Token = Annotated[
+    str | None,
+    typer.Option(
+        envvar="REVIEWER_TOKEN",
+        help="Sign-in token, else a new one; other users of the machine see it in the list of"
+        " processes, but not the variable's.",
+    ),
+]
+TokenFile = Annotated[Path | None, typer.Option(help="File that holds the token.", metavar="FILE")]
+
+
 @app.command()
 def demo(
     folder: Annotated[Path, typer.Option("--dir", help="Where the world is kept.")] = Path(
@@ -32,7 +43,8 @@ def demo(
     check: Annotated[bool, typer.Option("--check", help="Print the table and stop.")] = False,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="The one port.")] = 8000,
-    token: Annotated[str | None, typer.Option(envvar="REVIEWER_TOKEN")] = None,
+    token: Token = None,
+    token_file: TokenFile = None,
     click: ClickModel = "grabcut",
 ) -> None:
     """Render the demo world, import it, run the weight-free pipeline, and open the app."""
@@ -40,6 +52,7 @@ def demo(
     from reviewer.dataset.settings import ImportSettings
     from reviewer.pipeline.settings import PipelineSettings
 
+    secret = _secret(token, token_file)
     if pairs_per_split != "paper" and not (pairs_per_split.isdigit() and int(pairs_per_split) > 0):
         raise InvalidInput(f'--pairs-per-split: a number or "paper", not {pairs_per_split!r}')
     plans = plan_splits(None if pairs_per_split == "paper" else int(pairs_per_split), seed)
@@ -55,24 +68,31 @@ def demo(
         run_stages(store, None, PipelineSettings(), "all", None, workers)
         print_scores(store, None, "table")
     if not check:
-        _serve(data / "reviewer.db", host, port, token, [], click)
+        _serve(data / "reviewer.db", host, port, secret, [], [], click)
 
 
 @app.command()
 def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="The one port.")] = 8000,
-    token: Annotated[
-        str | None, typer.Option(envvar="REVIEWER_TOKEN", help="Sign-in token; else a new one.")
-    ] = None,
+    token: Token = None,
+    token_file: TokenFile = None,
     allow_host: Annotated[
         list[str] | None, typer.Option(help="Further host names of this server; repeatable.")
+    ] = None,
+    proxy: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Address of a reverse proxy, whose X-Forwarded-For and -Proto are believed;"
+            " repeatable."
+        ),
     ] = None,
     click: ClickModel = "grabcut",
     db: Database = DEFAULT_DB,
 ) -> None:
     """Open the app on one port and print the link to sign in with."""
-    _serve(db, host, port, token, allow_host or [], click)
+    secret = _secret(token, token_file)
+    _serve(db, host, port, secret, allow_host or [], proxy or [], click)
 
 
 @app.command()
@@ -83,9 +103,42 @@ def schema() -> None:
     typer.echo(describe_schema())
 
 
+def _secret(token: str | None, token_file: Path | None) -> str | None:
+    """Return the token that was given, in whatever way; None for none.
+
+    Raises:
+        InvalidInput: when it is given twice, or the file cannot be read or holds none.
+    """
+    if token_file is None:
+        return token
+    if token is not None:
+        raise InvalidInput("--token-file: a token is given by --token or REVIEWER_TOKEN, too")
+    try:
+        secret = token_file.read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidInput(f"--token-file {token_file}: cannot be read, {error}") from error
+    if not secret:
+        raise InvalidInput(f"--token-file {token_file}: is empty")
+    return secret
+
+
 def _serve(
-    db: Path, host: str, port: int, token: str | None, allow_host: list[str], click: str
+    db: Path,
+    host: str,
+    port: int,
+    token: str | None,
+    allow_host: list[str],
+    proxies: list[str],
+    click: str,
 ) -> None:
     from reviewer.app.server import serve_app
 
-    serve_app(db, host=host, port=port, token=token, allow_hosts=allow_host, click=click)
+    serve_app(
+        db,
+        host=host,
+        port=port,
+        token=token,
+        allow_hosts=allow_host,
+        proxies=proxies,
+        click=click,
+    )

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from reviewer.evaluation.table_a import AUDITED, Row
-from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Form, csv_text, escaped, format_rows
+from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Form, csv_text, format_rows
+from reviewer.texts import as_latex, as_markdown
 
 Value = str | int | float | None
 
@@ -66,7 +67,7 @@ def table_a_text(rows: Sequence[Row], form: Form) -> str:
         return format_rows(records, form) if form == "json" else csv_text(records, list(records[0]))
     head = columns_of(rows)
     if form == "markdown":
-        body = table_a_cells(rows, "**{}**")
+        body = [[as_markdown(first), *rest] for first, *rest in table_a_cells(rows, "**{}**")]
         return "\n".join(f"| {' | '.join(cells)} |" for cells in [head, ["---"] * len(head), *body])
     lines = [rf"\begin{{tabular}}{{l{'r' * (len(head) - 1)}}}", r"\toprule", _latex_line(head)]
     cells = table_a_cells(rows, r"\textbf{{{}}}", r"$\pm$")
@@ -75,12 +76,12 @@ def table_a_text(rows: Sequence[Row], form: Form) -> str:
         if row.variant != before:
             lines.append(r"\midrule")
         before = row.variant
-        lines.append(" & ".join([escaped(first), *rest]) + r" \\")
+        lines.append(" & ".join([as_latex(first), *rest]) + r" \\")
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
 
 
 def _latex_line(cells: Sequence[str]) -> str:
-    return " & ".join(escaped(cell) for cell in cells) + r" \\"
+    return " & ".join(as_latex(cell) for cell in cells) + r" \\"
 
 
 def row_record(row: Row, rows: Sequence[Row]) -> dict[str, Value]:

@@ -10,13 +10,13 @@ from __future__ import annotations
 import csv
 import io
 import json
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 from reviewer.metrics import Counts, f_score, precision, recall
 from reviewer.records import Method, Score
+from reviewer.texts import as_cell, as_latex, as_markdown
 
 METHOD_TITLE: dict[Method, str] = {
     "base": "without DoI",
@@ -96,7 +96,7 @@ def format_rows(rows: Sequence[Mapping[str, str | float | None]], form: Form) ->
     if form == "latex":
         return _latex(columns, cells)
     head = ["| " + " | ".join(columns) + " |", "|---" * len(columns) + "|"]
-    return "\n".join([*head, *("| " + " | ".join(row) + " |" for row in cells)])
+    return "\n".join([*head, *map(_markdown_row, cells)])
 
 
 def format_lines(lines: Sequence[Line], form: Form) -> str:
@@ -117,8 +117,12 @@ def csv_text(rows: Sequence[Mapping[str, str | float | None]], columns: Sequence
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, fieldnames=list(columns), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(rows)
+    writer.writerows({name: as_cell(value) for name, value in row.items()} for row in rows)
     return buffer.getvalue().rstrip("\n")
+
+
+def _markdown_row(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(as_markdown(cell) for cell in cells) + " |"
 
 
 def _short(value: str | float | None) -> str:
@@ -143,19 +147,14 @@ def _latex(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Write a table in the style of booktabs."""
     numeric = [all(_is_number(row[k]) for row in rows) for k in range(len(columns))]
     shape = "".join("r" if number else "l" for number in numeric)
-    body = [" & ".join(escaped(cell) for cell in row) + r" \\" for row in rows]
-    head = " & ".join(escaped(column) for column in columns) + r" \\"
+    body = [" & ".join(as_latex(cell) for cell in row) + r" \\" for row in rows]
+    head = " & ".join(as_latex(column) for column in columns) + r" \\"
     lines = [rf"\begin{{tabular}}{{{shape}}}", r"\toprule", head, r"\midrule", *body]
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
 
 
 def _is_number(text: str) -> bool:
     return text == DASH or text.replace(".", "", 1).isdigit()
-
-
-def escaped(text: str) -> str:
-    """Return text as LaTeX prints it."""
-    return re.sub(r"([&%$#_{}])", r"\\\1", text)
 
 
 def short_row(line: Line, group: str = "split") -> dict[str, str | int | float | None]:
@@ -197,6 +196,5 @@ def _row(line: Line) -> dict[str, str | int | float]:
 def _markdown(lines: Sequence[Line]) -> str:
     out = ["| run | method | split | pairs | P | R | F |", "|---|---|---|---:|---:|---:|---:|"]
     for line in lines:
-        row = f"| {' | '.join(_cells(line))} |"
-        out.append(row.replace(f"| {MEAN} |", f"| **{MEAN}** |"))
+        out.append(_markdown_row(_cells(line)).replace(f"| {MEAN} |", f"| **{MEAN}** |"))
     return "\n".join(out)

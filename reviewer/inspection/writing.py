@@ -15,6 +15,7 @@ from typing import Any
 import yaml
 
 from reviewer.inspection.planning import InspectionPlan
+from reviewer.texts import as_cell
 
 
 def nav2_yaml(plan: InspectionPlan) -> str:
@@ -63,7 +64,7 @@ def plan_csv(plan: InspectionPlan) -> str:
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, COLUMNS, lineterminator="\n")
     writer.writeheader()
-    writer.writerows(plan_rows(plan))
+    writer.writerows({k: as_cell(v) for k, v in row.items()} for row in plan_rows(plan))
     return buffer.getvalue()
 
 

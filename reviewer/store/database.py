@@ -34,8 +34,13 @@ BUSY_SECONDS = 30.0
 
 
 def utc_now() -> str:
-    """Return the time as the store writes it: UTC, ISO 8601, milliseconds."""
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
+    """Return the time as the store writes it."""
+    return stamp(datetime.now(UTC))
+
+
+def stamp(moment: datetime) -> str:
+    """Return a moment in UTC as the store writes it: ISO 8601, milliseconds; it sorts by time."""
+    return moment.isoformat(timespec="milliseconds")
 
 
 class Store:

@@ -44,6 +44,7 @@ export class Standing {
   draw() {
     const status = this.apart && !DECISIONS.includes(this.status) ? "offline" : this.status;
     $("save").dataset.status = status;
+    $("save").title = this.detail;
     $("save").textContent = this.detail && status !== "conflict" ? `${status}: ${this.detail}` : status;
     $("away").textContent = WHY[this.apart ?? (this.detail ? "signed out" : "away")];
     $("away").hidden = status !== "offline";

@@ -100,7 +100,7 @@ def visit(browser, server):
         context = browser.new_context(viewport={"width": 1500, "height": 900})
         contexts.append(context)
         page = context.new_page()
-        page.goto(f"{server.url}/sign-in?token={TOKEN}")
+        page.goto(f"{server.url}/sign-in#token={TOKEN}")
         page.fill("input[name=name]", name)
         page.click("text=Sign in")
         return page, workbench_of(page)

@@ -12,7 +12,13 @@ from scenes import write_split
 from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.editing.commit import MaskEdit
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.evaluation.tables import format_lines, short_row, table_lines
+from reviewer.evaluation.tables import (
+    csv_text,
+    format_lines,
+    format_rows,
+    short_row,
+    table_lines,
+)
 from reviewer.masks import encode_rle
 from reviewer.metrics import Counts
 from reviewer.pipeline.runner import prepare_run
@@ -103,3 +109,14 @@ def test_a_split_that_is_rightly_empty_has_a_dash_for_its_scores():
     assert "cs1 & 2 & – & – & –" in format_lines(lines, "latex")
     assert r"\begin{tabular}{lllrrrr}" in format_lines(lines, "latex")
     assert json.loads(format_lines(lines, "json"))[0]["f_score"] == 0.0
+
+
+def test_what_people_typed_stays_text_in_every_format():
+    scores = [Score("=HYPERLINK(1)", "doi", "a|b_%", 1, Counts(tp=1, fp=0, fn=0, tn=1))]
+    lines = table_lines(scores)
+    row = next(csv.DictReader(io.StringIO(format_lines(lines, "csv"))))
+    assert (row["run"], row["tp"]) == ("'=HYPERLINK(1)", "1")
+    assert csv_text([{"f": -0.5}], ["f"]) == "f\n-0.5"
+    assert r"| =HYPERLINK(1) | with DoI | a\|b\_% |" in format_lines(lines, "markdown")
+    assert r"a|b\_\%" in format_lines(lines, "latex")
+    assert r"| a\|b | 1 |" in format_rows([{"run": "a|b", "n": 1}], "markdown")

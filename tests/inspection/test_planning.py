@@ -14,7 +14,7 @@ from reviewer.errors import InvalidInput, NotFound
 from reviewer.geometry import FloorCamera
 from reviewer.inspection.planning import PlanSettings, plan_inspection
 from reviewer.inspection.views import ViewSettings
-from reviewer.inspection.writing import nav2_yaml, plan_csv, plan_geojson
+from reviewer.inspection.writing import nav2_yaml, plan_csv, plan_geojson, plan_rows
 from reviewer.store.doubts import inspect_regions
 
 CAMERA = FloorCamera(0.7, -0.45, 100.0, 120, 160)
@@ -45,6 +45,15 @@ def test_what_somebody_judged_needs_no_other_look(db, doubtful):
     first = inspect_regions(db, doubtful.id)[0]
     give_verdict(db, first.id, annotator_id(db, "Ada"), "reject")
     assert first.id not in {region.id for region in inspect_regions(db, doubtful.id)}
+
+
+def test_a_label_is_no_formula_in_csv(db, doubtful, monkeypatch):
+    plan = plan_inspection(db, doubtful, "cs1", SETTINGS)
+    rows = [{**row, "labels": "=1+1"} for row in plan_rows(plan)]
+    monkeypatch.setattr("reviewer.inspection.writing.plan_rows", lambda _: rows)
+    written = list(csv.DictReader(io.StringIO(plan_csv(plan))))
+    assert {row["labels"] for row in written} == {"'=1+1"}
+    assert [float(row["x"]) for row in written] == [row["x"] for row in rows]
 
 
 def test_the_files_say_the_same(db, doubtful):
