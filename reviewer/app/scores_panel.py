@@ -15,10 +15,10 @@ from reviewer.errors import ReviewerError
 from reviewer.evaluation.basis import TITLES, truth_basis
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.protocols import Empty, Group, Kind, Protocol, protocol_lines
-from reviewer.evaluation.report import report_page
 from reviewer.evaluation.table_a import table_a_rows
 from reviewer.evaluation.table_a_text import scope_rows
 from reviewer.evaluation.tables import DASH, MEAN, short_row
+from reviewer.extras import telling_what_is_missing
 from reviewer.records import Standing
 from reviewer.store.scores import pair_scores
 
@@ -104,6 +104,8 @@ class ScoresPanel:
     def _download(self) -> None:
         self._report.label = "Writing the report…"
         try:
+            with telling_what_is_missing("report"):
+                from reviewer.evaluation.report import report_page
             page = report_page(
                 self._desk.store, None, self._protocol(), lambda step: None, self._standings()
             )

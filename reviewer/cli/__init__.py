@@ -28,6 +28,7 @@ from reviewer.cli import (  # noqa: F401
 )
 from reviewer.cli.options import app
 from reviewer.errors import ReviewerError, tell_system_error
+from reviewer.extras import telling_what_is_missing
 
 __all__ = ["app", "main"]
 
@@ -38,7 +39,8 @@ def main() -> None:
         # Names in files may be no text; telling them must not fail for that.
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        app()
+        with telling_what_is_missing(" ".join(sys.argv[1:2]) or "reviewer"):
+            app()
     except (ReviewerError, OSError) as error:
         told = error if isinstance(error, ReviewerError) else tell_system_error(error)
         typer.echo(f"reviewer: {told}", err=True)

@@ -18,7 +18,7 @@ from typing import Literal
 
 from reviewer.dataset.files import hash_file
 from reviewer.errors import InvalidInput, ReviewerError
-from reviewer.models.fetching import check_noted, find_fetched
+from reviewer.extras import EXTRAS
 from reviewer.models.presets import PRESETS
 from reviewer.store.database import Store
 from reviewer.store.integrity import damage, list_image_files
@@ -71,14 +71,19 @@ def check_machine() -> Iterator[Check]:
     free = free_memory()
     if free is not None:
         yield Check("memory", "good", f"{free / 2**30:.1f} GiB free for weights")
-    if find_spec("ray") is None:
-        yield Check("ray", "note", "not installed; `pip install 'reviewer[ray]'` for --engine ray")
-    else:
-        yield Check("ray", "good", _version("ray"))
+    for library, extra in EXTRAS.items():
+        if find_spec(library) is None:
+            yield Check(library, "note", f"not installed; pip install 'reviewer[{extra}]'")
+        else:
+            yield Check(library, "good", _version(library))
 
 
 def check_models(*, deep: bool) -> Iterator[Check]:
     """Say which weights are here, and the line that fetches each that is not."""
+    if find_spec("huggingface_hub") is None:
+        return  # told among the libraries: no weights can be had without it
+    from reviewer.models.fetching import check_noted, find_fetched
+
     for preset in PRESETS:
         path = find_fetched(preset)
         subject = f"model {preset.name}"

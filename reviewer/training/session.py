@@ -28,6 +28,7 @@ from torch import nn
 from reviewer.atomic import whole_file
 from reviewer.dataset.files import hash_file
 from reviewer.errors import Conflict, InvalidInput
+from reviewer.extras import need
 from reviewer.metrics import Counts, f_score, precision, recall
 from reviewer.models.device import best_device, choose_precision
 from reviewer.models.nets.backbone import load_backbone
@@ -101,6 +102,7 @@ def train(
         TrainingFailed: when the loss is not finite, or a checkpoint cannot be written (disk full);
             the folder keeps the last one.
     """
+    need("train", "matplotlib")  # its curve is drawn with every checkpoint
     settings = replace(settings, precision=choose_precision(settings.precision, best_device()))
     torch.manual_seed(settings.seed)
     net = build_net(settings.net, settings.width, **settings.net_settings)
