@@ -194,6 +194,16 @@ def is_plain_png(path: Path) -> bool:
         return image.format == "PNG" and _turn(image) is None and not image.has_transparency_data
 
 
+def is_turned(path: Path) -> bool:
+    """Say whether an EXIF orientation turns or mirrors what a file stores.
+
+    Raises:
+        InvalidInput: when it is no image.
+    """
+    with _opened(path) as image:
+        return _turn(image) is not None
+
+
 def hash_file(path: Path) -> str:
     """Return the SHA-256 of a file, hexadecimal."""
     with path.open("rb") as file:

@@ -8,11 +8,14 @@ as long, and a shortcut by size and time would miss a copy that kept both.
 from __future__ import annotations
 
 import hashlib
+from io import BytesIO
 
 import numpy as np
 import numpy.typing as npt
+from PIL import Image as PillowImage
+from PIL import ImageOps
 
-from reviewer.dataset.files import read_rgb
+from reviewer.dataset.files import is_turned, read_rgb
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.records import Image
 
@@ -34,6 +37,26 @@ def read_bytes(image: Image) -> bytes:
             " back, or import the new one as another split (--split)"
         )
     return data
+
+
+def upright_bytes(image: Image) -> bytes:
+    """Return an image file as every reader shows it the same way round, for sets that leave.
+
+    Its bytes are those of the file, unless an EXIF orientation turns it: then it is turned, and
+    encoded again in its own format at the best quality.
+
+    Raises:
+        NotFound, InvalidInput: as `read_bytes`.
+    """
+    data = read_bytes(image)
+    if not is_turned(image.path):
+        return data
+    with PillowImage.open(BytesIO(data)) as stored:
+        form, turned = stored.format, ImageOps.exif_transpose(stored)
+    buffer = BytesIO()
+    best = {"quality": 100, "subsampling": 0} if form == "JPEG" else {}
+    turned.save(buffer, form, **best)
+    return buffer.getvalue()
 
 
 def read_picture(image: Image) -> npt.NDArray[np.uint8]:

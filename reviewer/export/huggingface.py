@@ -13,7 +13,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from reviewer.dataset.pictures import read_bytes
+from reviewer.dataset.pictures import upright_bytes
 from reviewer.errors import NotFound
 from reviewer.export.selection import Labelled, Selection
 from reviewer.export.writing import Files, Part, fitting_shard, write_export
@@ -97,8 +97,8 @@ def _row(item: Labelled) -> dict[str, Any]:
     return {
         "pair": pair.title,
         "split": pair.split,
-        "reference": picture("t0", read_bytes(pair.reference), pair.reference.path.suffix),
-        "live": picture("t1", read_bytes(pair.live), pair.live.path.suffix),
+        "reference": picture("t0", upright_bytes(pair.reference), pair.reference.path.suffix),
+        "live": picture("t1", upright_bytes(pair.live), pair.live.path.suffix),
         "mask": picture("mask", encode_png(decode_rle(item.mask)), ".png"),
         "ignore": None if ignore is None else picture("ignore", encode_png(ignore), ".png"),
         "area": item.mask.area,

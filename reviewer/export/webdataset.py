@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from reviewer.dataset.pictures import read_bytes
+from reviewer.dataset.pictures import upright_bytes
 from reviewer.errors import InvalidInput
 from reviewer.export.selection import Labelled, Selection
 from reviewer.export.writing import Files, Part, fitting_shard, write_export
@@ -72,8 +72,8 @@ def _members(item: Labelled) -> dict[str, bytes]:
         )
     about = {"pair": pair.title, "split": pair.split, "area": item.mask.area, **item.origin}
     files = {
-        f"t0{pair.reference.path.suffix.lower()}": read_bytes(pair.reference),
-        f"t1{pair.live.path.suffix.lower()}": read_bytes(pair.live),
+        f"t0{pair.reference.path.suffix.lower()}": upright_bytes(pair.reference),
+        f"t1{pair.live.path.suffix.lower()}": upright_bytes(pair.live),
         "mask.png": encode_png(decode_rle(item.mask)),
         "json": json.dumps(about, sort_keys=True).encode(),
     }

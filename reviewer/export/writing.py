@@ -24,7 +24,7 @@ from filelock import FileLock, Timeout
 
 from reviewer import __version__
 from reviewer.dataset.files import hash_file
-from reviewer.dataset.pictures import read_bytes
+from reviewer.dataset.pictures import upright_bytes
 from reviewer.errors import Conflict, InvalidInput
 from reviewer.export.manifest import pair_entry, write_manifest
 from reviewer.export.selection import Labelled
@@ -37,7 +37,7 @@ SHARD_PX = 80_000_000
 
 @dataclass(frozen=True, slots=True)
 class Copy:
-    """A file to be copied as it is. Never a link: what is done to an export must not be done to
+    """A picture to be copied, upright. Never a link: what is done to an export must not be done to
     the data set."""
 
     image: Image
@@ -228,7 +228,7 @@ def _write_files(work: Path, part: Part, owner: dict[str, str], lock: Lock) -> d
         if not path.resolve().is_relative_to(work):
             raise InvalidInput(f"pair {part.name}: its file {name} would lie outside the export")
         path.parent.mkdir(parents=True, exist_ok=True)
-        data = read_bytes(content.image) if isinstance(content, Copy) else content
+        data = upright_bytes(content.image) if isinstance(content, Copy) else content
         path.write_bytes(data)
         hashes[name] = hashlib.sha256(data).hexdigest()
     return hashes

@@ -2,12 +2,19 @@
 
 import os
 
+import cv2
 import numpy as np
 import pytest
+from PIL import Image as PillowImage
 
-from reviewer.dataset.files import read_rgb
-from reviewer.dataset.pictures import read_bytes, read_picture
+from reviewer.dataset.files import hash_file, read_rgb
+from reviewer.dataset.pictures import read_bytes, read_picture, upright_bytes
 from reviewer.errors import InvalidInput, NotFound
+from reviewer.records import Image
+
+
+def image_of(path, height, width):
+    return Image(1, path.stem, path, hash_file(path), height, width, None)
 
 
 def swap(pair, other):
@@ -38,5 +45,24 @@ def test_an_image_that_is_gone_is_told(tiny_split, read):
     with pytest.raises(NotFound, match=r"0000\.png: is gone"):
         read(tiny_split[0].live)
     path.mkdir()
-    with pytest.raises(NotFound, match=r"0000\.png: is gone"):
+    with pytest.raises(NotFound, match=r"0000\.png: is no file any more"):
         read(tiny_split[0].live)
+
+
+@pytest.mark.parametrize("suffix", ["png", "jpg"])
+def test_a_picture_that_leaves_is_the_same_way_round_for_every_reader(tmp_path, suffix):
+    stored = np.zeros((40, 60, 3), np.uint8)
+    stored[:10, :20] = 250
+    path, exif = tmp_path / f"a.{suffix}", PillowImage.Exif()
+    exif[0x0112] = 6  # on its side
+    PillowImage.fromarray(stored).save(path, exif=exif)
+    data = upright_bytes(image_of(path, 60, 40))
+    without_exif = cv2.imdecode(
+        np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    )
+    wanted = read_rgb(path)
+    assert without_exif.shape == wanted.shape == (60, 40, 3)
+    assert np.abs(without_exif[..., ::-1].astype(int) - wanted).max() <= 4
+    plain = tmp_path / f"plain.{suffix}"
+    PillowImage.fromarray(stored).save(plain)
+    assert upright_bytes(image_of(plain, 40, 60)) == plain.read_bytes()

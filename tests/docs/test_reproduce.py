@@ -1,30 +1,40 @@
-"""The page of Table A: its table names both scopes, from what `evaluate --table-a` prints."""
+"""The page of Table A: the program's own table of all seeds, and what was trained."""
 
 import importlib.util
-import json
 from pathlib import Path
+
+import pytest
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "reproduce.py"
 
 
-def test_the_table_has_both_scopes_by_name(monkeypatch):
+@pytest.fixture
+def page():
     spec = importlib.util.spec_from_file_location("reproduce", PAGE)
     page = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(page)
+    return page
+
+
+def test_the_table_is_the_program_s_with_the_seeds_of_a_method_in_one_row(page, monkeypatch):
     asked = []
 
     def reviewer(words):
         asked.append(words)
-        return json.dumps([
-            {"method": "difference", "DoI": variant, "run": page.DIFFERENCE, "pairs": 8,
-             "mean": mean, "cs1": mean - 0.1, "hw1": mean + 0.1}
-            for variant, mean in (("", 0.7), ("component", 0.8), ("image", 0.75))
-        ])  # fmt: skip
+        return "| Method | pairs |\n"
 
     monkeypatch.setattr(page, "reviewer", reviewer)
-    monkeypatch.setattr(page, "TITLES", {"difference": "difference (no training)"})
+    monkeypatch.setattr(page, "_minutes", lambda name: 20.0 if name.endswith("seed1") else 15.0)
     lines = page.table().splitlines()
-    assert "--table-a" in asked[0]
-    assert lines[0].startswith("|  | without DoI | with DoI (component) | with DoI (image) |")
-    assert lines[2] == "| difference (no training) | 0.7000 | 0.8000 | 0.7500 | - | - | - |"
-    assert lines[-1] == "| difference (no training) | 0.60 / 0.70 / 0.65 | 0.80 / 0.90 / 0.85 |"
+    assert "--table-a" in asked[0] and "--repeat CSCDNet=cscdnet,cscdnet-seed1" in asked[0]
+    mask = "'CSCDNet + Siamese attention mask=cscdnet-attention,cscdnet-attention-seed1'"
+    assert f"--repeat {mask}" in asked[0]
+    assert lines[0] == "| Method | pairs |"
+    assert "| DR-TANet | width 0.25, 3000 iterations | 24000 | 15.0 min, 20.0 min |" in lines
+
+
+def test_every_method_is_trained_once_a_seed(page):
+    assert set(page.TRAININGS) == {
+        f"{method}{seed}" for method in page.METHODS for seed in ("", "-seed1")
+    }
+    assert page.TRAININGS["cscdnet-seed1"].endswith("--seed 1")
