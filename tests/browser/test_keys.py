@@ -83,6 +83,7 @@ def test_a_key_pressed_beside_the_workbench_does_the_same_there(server, desk, pl
     focus_on(page, place)
     page.keyboard.press("ArrowRight")
     wait_title(frame, "cs1/0001")
+    expect(frame.locator("#proposal-list li")).not_to_have_count(0)
     focus_on(page, place)
     page.keyboard.press("Tab")
     expect(frame.locator('#proposal-list li[aria-selected="true"]')).to_have_count(1)
@@ -135,9 +136,9 @@ def test_a_workbench_that_is_not_seen_gets_no_keys(server, desk):
 
 def test_text_of_the_page_can_be_selected_and_copied(desk):
     page, _ = desk
-    page.get_by_text("badly aligned, or failed").click(click_count=3)
+    page.get_by_text("in doubt, or failed").click(click_count=3)
     page.wait_for_timeout(500)
-    assert "badly aligned" in page.evaluate("getSelection().toString()")
+    assert "in doubt" in page.evaluate("getSelection().toString()")
     assert page.evaluate("document.activeElement.className !== 'workbench-frame'")
 
 

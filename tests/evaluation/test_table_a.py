@@ -162,8 +162,8 @@ def test_the_best_of_every_column_is_bold():
     text = table_a_text(ROWS, "markdown").splitlines()
     assert text[0] == "| Method | pairs | Mean F | cs1 | hw1 |"
     assert text[2:] == [
-        "| A_1 | 8 | 0.5000 | 0.4000 | 0.6000 |",
-        "| A_1 w/ DoI (image) | 8 | **0.5500** | 0.4000 | **0.7000** |",
+        r"| A\_1 | 8 | 0.5000 | 0.4000 | 0.6000 |",
+        r"| A\_1 w/ DoI (image) | 8 | **0.5500** | 0.4000 | **0.7000** |",
         "| B w/ DoI (image) | 8 | 0.5400 ± 0.0100 | **0.5000 ± 0.0200** | 0.5800 ± 0.0300 |",
     ]
 
