@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import logging
 import re
 import secrets
 from collections.abc import Mapping
@@ -24,6 +25,7 @@ from reviewer.app.sessions import Sessions
 from reviewer.errors import InvalidInput, ReviewerError
 from reviewer.store.reviews import clean_name
 
+LOG = logging.getLogger(__name__)
 OPEN_PATHS = ("/sign-in", "/static/sign-in.css", "/static/sign-in.js", "/favicon.ico")
 LEAST_HERE, LEAST_BEYOND = 8, 16
 SIGN_IN_BYTES = 10_000
@@ -161,7 +163,12 @@ class Guard:
     def _annotator(self, connection: HTTPConnection, session: str) -> str | None:
         """Return who asks: a script with the token, or a person who is signed in."""
         if _is_script(connection.headers):
-            return self.access.script(connection.headers)
+            name = self.access.script(connection.headers)
+            if name is None:
+                # Told, but not made to wait: over an SSH tunnel everybody has one address.
+                address = connection.client.host if connection.client else "unknown"
+                LOG.warning("request from %s: wrong token", address)
+            return name
         return self.sessions.annotator(session)
 
     def _refuse(

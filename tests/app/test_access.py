@@ -35,6 +35,14 @@ def test_a_stranger_gets_no_data(stranger, path):
     assert "not signed in" in reply.json()["detail"]
 
 
+def test_a_wrong_token_of_a_script_is_logged_and_keeps_nobody_out(stranger, caplog):
+    for _ in range(5):
+        assert stranger.get("/api/me", headers={"Authorization": "Bearer no"}).status_code == 401
+    assert sum("wrong token" in record.message for record in caplog.records) == 5
+    assert stranger.get("/api/me", headers={"Authorization": f"Bearer {TOKEN}"}).status_code == 200
+    assert sign_in(stranger).status_code == 303
+
+
 def test_the_token_leads_to_a_session(stranger):
     reply = sign_in(stranger)
     assert (reply.status_code, reply.headers["location"]) == (303, "/")
