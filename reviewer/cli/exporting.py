@@ -48,8 +48,8 @@ def export(
     consensus: Annotated[
         int,
         typer.Option(
-            help="What more than half of so many people or more drew, in place of the newest mask;"
-            " ties are ill-posed. 0 = the newest mask.",
+            help="What more than half of so many people or more drew and finished; ties are"
+            " ill-posed. 0 = what counts as ground truth.",
             min=0,
         ),
     ] = 0,

@@ -188,7 +188,8 @@ def evaluate(
     with open_store(db) as store:
         require_pairs(store)
         if shapes:
-            _print_shapes(store, run, format)
+            typer.echo(truth_basis(store, standings), err=format != "table")
+            _print_shapes(store, run, standings, format)
             return
         if report is not None:
             _write_report(store, run, chosen, standings, report)
@@ -207,7 +208,7 @@ def evaluate(
         if not (table_a or matrix):
             print_scores(store, run, format, chosen, standings)
         if figure_f is not None:
-            _write_rows(store, run, pairs, rows, figure_f)
+            _write_rows(store, run, pairs, rows, standings, figure_f)
 
 
 def _write_report(
@@ -231,13 +232,21 @@ def _write_report(
     typer.echo(f"wrote {path}, {len(page) / 1e6:.1f} MB")
 
 
-def _write_rows(store: Store, run: str | None, titles: str | None, count: int, path: Path) -> None:
+def _write_rows(
+    store: Store,
+    run: str | None,
+    titles: str | None,
+    count: int,
+    standings: Sequence[Standing],
+    path: Path,
+) -> None:
     from reviewer.evaluation.rows_figure import draw_rows, telling_pairs
     from reviewer.store.pairs import list_pairs
     from reviewer.store.runs import list_runs, run_of_name, run_or_newest
 
     runs = [run_of_name(store, run)] if run else list_runs(store)[-2:]
-    wanted = titles.split(",") if titles else telling_pairs(store, run_or_newest(store, run), count)
+    shown = run_or_newest(store, run)
+    wanted = titles.split(",") if titles else telling_pairs(store, shown, count, standings)
     known = {pair.title: pair for pair in list_pairs(store)}
     for title in wanted:
         if title not in known:
@@ -246,7 +255,9 @@ def _write_rows(store: Store, run: str | None, titles: str | None, count: int, p
     typer.echo(f"wrote {path}")
 
 
-def _print_shapes(store: Store, run: str | None, form: FormatName) -> None:
+def _print_shapes(
+    store: Store, run: str | None, standings: Sequence[Standing], form: FormatName
+) -> None:
     from reviewer.evaluation.shapes import shape_rows
     from reviewer.evaluation.tables import format_rows
     from reviewer.store.runs import run_of_name
@@ -254,7 +265,7 @@ def _print_shapes(store: Store, run: str | None, form: FormatName) -> None:
     if run is not None:
         run_of_name(store, run)
     with progress_bar("masks") as bar:
-        rows = shape_rows(store, run, lambda done, total: bar(done, total, ""))
+        rows = shape_rows(store, run, lambda done, total: bar(done, total, ""), standings)
     if form == "table":
         title = "objects at an IoU; mean boundary F within pixels, IoU of bands by diagonal"
         print_table(rows, title=title)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
 from reviewer.evaluation.terms import (
@@ -57,9 +57,13 @@ def refresh_terms(
     return len(stale)
 
 
-def run_terms(store: Store, run: Run) -> RunTerms:
-    """Return the terms of a run that are up to date (`refresh_terms` first)."""
-    found = load_terms(store, run.id)
+def run_terms(store: Store, run: Run, only: Collection[int] | None = None) -> RunTerms:
+    """Return the terms of a run that are up to date (`refresh_terms` first).
+
+    Args:
+        only: keys of the pairs that are wanted; all where None.
+    """
+    found = [t for t in load_terms(store, run.id) if only is None or t.pair_id in only]
     pairs = [(stored.split, _unpacked(stored.truth_px, stored.terms)) for stored in found]
     return RunTerms(tuple(stored.pair_id for stored in found), WhatIf(pairs))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from typing import IO, Any
 
@@ -78,7 +78,8 @@ def report_page(
         raise NotFound("report: no run has a prediction of a pair with ground truth")
     runs = [each for each in list_runs(store) if any(line.run == each.name for line in lines)]
     told("objects and borders")
-    shapes = shape_rows(store, run)
+    shapes = shape_rows(store, run, standings=standings)
+    counted = {score.pair_id for score in scores}
     rows = table_a_rows(store, scores, protocol)
     parts = [_head(lines, protocol, truth_basis(store, standings))]
     if skipped := count_skips(store):
@@ -88,16 +89,16 @@ def report_page(
     parts.append(f"<details><summary>numbers</summary>{_lines_table(lines)}</details>")
     parts += [
         "<h2>Objects and borders</h2>",
-        '<p class="soft">Precision and recall of objects at an IoU, over all pairs; mean boundary F'
-        " within some pixels, and Boundary IoU of bands as deep as a share of the image's"
-        " diagonal.</p>",
+        '<p class="soft">Precision and recall of objects at an IoU, over these pairs; mean'
+        " boundary F within some pixels, and Boundary IoU of bands as deep as a share of the"
+        " image's diagonal.</p>",
         _table(shapes),
     ]
     for each in runs:
         told(each.name)
-        parts.append(_run_part(store, each))
+        parts.append(_run_part(store, each, counted))
     told("pictures")
-    parts.append(_pictures(store, runs))
+    parts.append(_pictures(store, runs, standings))
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -138,11 +139,11 @@ def _pixels(line: Line) -> int:
     return c.tp + c.fp + c.fn + c.tn + c.ignored
 
 
-def _run_part(store: Store, run: Run) -> str:
+def _run_part(store: Store, run: Run, counted: Collection[int]) -> str:
     """What a run decided: F under other thresholds, decisions against the oracle's, DoI as a sign
     of errors."""
     refresh_terms(store, run)
-    terms = run_terms(store, run)
+    terms = run_terms(store, run, counted)
     parts = [f"<h2>{html.escape(run.name)}</h2>"]
     rule = rule_of_run(run.settings)
     members = (
@@ -164,7 +165,7 @@ def _run_part(store: Store, run: Run) -> str:
                 "mean F by threshold",
             )
         )
-    rows = audit_rows(store, run.id)
+    rows = [row for row in audit_rows(store, run.id) if row.pair_id in counted]
     if rows:
         found = audit_report(rows, rule.seen)
         parts.append(_audit_text(found))
@@ -204,9 +205,9 @@ def _draw_curve(
     figure.savefig(file, dpi=110)
 
 
-def _pictures(store: Store, runs: Sequence[Run]) -> str:
+def _pictures(store: Store, runs: Sequence[Run], standings: Sequence[Standing]) -> str:
     """Figure F of pairs in which DoI gained and lost most, by the newest run."""
-    titles = telling_pairs(store, runs[-1], TELLING)
+    titles = telling_pairs(store, runs[-1], TELLING, standings)
     by_title = {pair.title: pair for pair in list_pairs(store)}
     pairs = [by_title[title] for title in titles]
     if not pairs:

@@ -21,7 +21,7 @@ from reviewer.errors import NotFound
 from reviewer.evaluation.tables import METHOD_TITLE
 from reviewer.masks import Mask, crop_to_box, decode_rle, union
 from reviewer.metrics import f_score
-from reviewer.records import Method, Pair, Run
+from reviewer.records import Method, Pair, Run, Standing
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_prediction
@@ -37,13 +37,15 @@ LEAST_SHARE, MARGIN = 0.22, 0.2
 """Of the picture that is shown enlarged, and around the changes."""
 
 
-def telling_pairs(store: Store, run: Run, count: int) -> list[str]:
+def telling_pairs(
+    store: Store, run: Run, count: int, standings: Sequence[Standing] = ()
+) -> list[str]:
     """Return titles of pairs to look at: half where DoI gains most F, half where it loses most.
 
     Where it loses nowhere, those with the lowest F take their place. Pairs without change in which
     nothing was found tell nothing.
     """
-    scores = _scores(store, run)
+    scores = _scores(store, run, standings)
     base, doi = scores["base"], scores["doi"]
     both = sorted(base.keys() | doi.keys())
     base, doi = ({title: found.get(title, 0.0) for title in both} for found in (base, doi))
@@ -54,11 +56,13 @@ def telling_pairs(store: Store, run: Run, count: int) -> list[str]:
     return gains + losses
 
 
-def _scores(store: Store, run: Run) -> dict[Method, dict[str, float]]:
+def _scores(
+    store: Store, run: Run, standings: Sequence[Standing] = ()
+) -> dict[Method, dict[str, float]]:
     """Return F of the pairs that have one of their own, by method and title."""
     title = {pair.id: pair.title for pair in list_pairs(store)}
     found: dict[Method, dict[str, float]] = {method: {} for method in METHOD_TITLE}
-    for score in pair_scores(store, run.name):
+    for score in pair_scores(store, run.name, standings):
         if not score.counts.rightly_empty:
             found[score.method][title[score.pair_id]] = f_score(score.counts)
     return found

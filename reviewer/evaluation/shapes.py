@@ -27,7 +27,7 @@ from reviewer.metrics import (
     recall,
     total,
 )
-from reviewer.records import Method
+from reviewer.records import Method, Standing
 from reviewer.store.database import Store
 from reviewer.store.scores import MaskPair, mask_pair, mask_pair_keys
 
@@ -102,13 +102,17 @@ def shape_rows(
     store: Store,
     run: str | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    standings: Sequence[Standing] = (),
 ) -> list[dict[str, str | float]]:
     """Return a row a run and method: object precision and recall, mean boundary F and IoU.
 
     Objects are pooled over all pairs; borders are the mean over pairs in which anything has changed
     or was found.
+
+    Args:
+        standings: see `store.scores.pair_scores`.
     """
-    keys = mask_pair_keys(store, run)
+    keys = mask_pair_keys(store, run, standings)
     found: dict[tuple[str, Method], list[ShapeScore]] = {}
 
     def work(key: tuple[int, int, Method]) -> tuple[str, Method, ShapeScore]:

@@ -57,7 +57,7 @@ class NetDetector:
     net: str
     checkpoint: str
     weights: str = ""
-    arithmetic: Mapping[str, Any] = field(default_factory=dict)
+    arithmetic: Mapping[str, Any] | None = None
     bn_mode: BatchNormMode | None = None
     window: int | None = None
     precision: Precision = "auto"
@@ -157,15 +157,14 @@ class NetDetector:
 
 
 def _check_arithmetic(
-    checkpoint: str, record: NetRecord, recorded: Mapping[str, Any]
+    checkpoint: str, record: NetRecord, recorded: Mapping[str, Any] | None
 ) -> dict[str, Any]:
     found = record.arithmetic()
-    for name, value in recorded.items():
-        if found.get(name) != value:
-            raise InvalidInput(
-                f"{checkpoint}: says {name} {found.get(name)}, but this run began with {value};"
-                " give the new one a run of its own with --name"
-            )
+    if recorded is not None and found != recorded:
+        raise InvalidInput(
+            f"{checkpoint}: says {found}, but this run began with {dict(recorded)};"
+            " give the new one a run of its own with --name"
+        )
     return found
 
 

@@ -96,6 +96,8 @@ def _own_settings(settings: PipelineSettings, stage: Stage) -> dict[str, Any]:
     if own.get("weights"):
         # What counts is what is in the files, not where they lie.
         own = {name: value for name, value in own.items() if name not in PATHS}
+    if not own.get("arithmetic"):
+        own.pop("arithmetic", None)  # results of before it was noted are still what it makes
     if stage == "detect" and settings.detector != IMPORTED:
         own["threshold"] = settings.threshold
     return own

@@ -95,8 +95,20 @@ def _open(store: Store, name: str, settings: PipelineSettings) -> Run:
                 for stage, own in known.model_settings.items()
             }
             if replace(known, model_settings=models).record() == wanted:
+                _refuse_other_relu(name, known, settings)
                 runs.complete_settings(store, run.id, wanted)
     return runs.open_run(store, name, names, wanted, current_versions())
+
+
+def _refuse_other_relu(name: str, known: PipelineSettings, wanted: PipelineSettings) -> None:
+    """Keep a run of an early version from getting results of both arithmetics of a TANet."""
+    noted = "arithmetic" in known.model_settings.get("detect", {})
+    arithmetic = wanted.model_settings.get("detect", {}).get("arithmetic") or {}
+    if not noted and arithmetic.get("relu") == "block":
+        raise Conflict(
+            f"run {name}: began when {wanted.detector} was computed with one ReLU a stage, which"
+            " was not the public net; give this one a name of its own with --name"
+        )
 
 
 def run_pipeline(

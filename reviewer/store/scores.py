@@ -52,15 +52,22 @@ class MaskPair:
     ignore: Rle | None
 
 
-def mask_pair_keys(store: Store, run: str | None = None) -> list[tuple[int, int, Method]]:
+def mask_pair_keys(
+    store: Store, run: str | None = None, standings: Sequence[Standing] = ()
+) -> list[tuple[int, int, Method]]:
     """Return (run id, pair id, method) of every prediction of a pair with ground truth that is not
-    skipped."""
+    skipped.
+
+    Args:
+        standings: see `pair_scores`.
+    """
     rows = store.read().execute(
         "SELECT p.run_id, p.pair_id, p.method FROM predictions p JOIN runs r ON r.id = p.run_id"
         " WHERE (?1 IS NULL OR r.name = ?1)"
-        " AND p.pair_id IN (SELECT pair_id FROM ground_truth)"
+        " AND p.pair_id IN (SELECT pair_id FROM ground_truth WHERE ?2 = '[]'"
+        " OR standing IN (SELECT value FROM json_each(?2)))"
         f" AND p.{NOT_SKIPPED} ORDER BY 1, 2, 3",
-        [run],
+        [run, json.dumps(list(standings))],
     )
     return [(row["run_id"], row["pair_id"], row["method"]) for row in rows]
 

@@ -79,12 +79,18 @@ def masks_in_state(store: Store, states: Sequence[str]) -> dict[int, MaskRevisio
 
 
 def finished_by_annotator(store: Store) -> dict[int, list[MaskRevision]]:
-    """Return what each person drew last of a pair before finishing it, by pair id."""
+    """Return what each person drew last of a pair and finished, by pair id.
+
+    Who approves what somebody else has drawn since speaks of that mask, not of an earlier own one.
+    """
     rows = store.read().execute(
         f"{SELECT.format(table='mask_revisions')} JOIN reviews r ON r.pair_id = m.pair_id"
         " AND r.annotator_id = m.annotator_id AND r.state <> 'in_progress'"
         " WHERE m.number = (SELECT max(o.number) FROM mask_revisions o WHERE o.pair_id = m.pair_id"
         " AND o.annotator_id = m.annotator_id AND o.number <= r.revision)"
+        " AND NOT EXISTS (SELECT 1 FROM mask_revisions b WHERE b.pair_id = m.pair_id"
+        " AND b.annotator_id IS NOT m.annotator_id AND b.number > m.number"
+        " AND b.number <= r.revision)"
         " ORDER BY m.pair_id, m.number"
     )
     found: dict[int, list[MaskRevision]] = {}

@@ -10,11 +10,13 @@ from typer.testing import CliRunner
 
 from reviewer.cli import app
 from reviewer.editing.commit import MaskEdit
+from reviewer.evaluation.counting import refresh_counts
+from reviewer.evaluation.outcomes import refresh_terms, run_terms
 from reviewer.evaluation.protocols import Protocol, paired_change, protocol_lines
 from reviewer.evaluation.tables import format_lines
 from reviewer.masks import empty_rle
 from reviewer.metrics import Counts
-from reviewer.store.scores import PairScore
+from reviewer.store.scores import PairScore, mask_pair_keys
 
 
 def score(pair, counts, split="cs1", run="r", method="doi"):
@@ -139,3 +141,21 @@ def test_scores_say_what_they_rest_on_and_are_narrowed_by_it(db, run, tiny_split
     assert {line["pairs"] for line in json.loads(approved.stdout)} == {1}
     refused = call("--state", "in_progress")
     assert "ground truth is never that" in str(refused.exception)
+
+
+def test_shapes_and_the_report_stand_on_the_pairs_that_were_chosen(db, run, tiny_split):
+    refresh_counts(db)
+    draw(db, tiny_split[0].id, "Ada", MaskEdit(empty_rle(120, 160), 1), "approved")
+    given = ["evaluate", "--shapes", "--state", "approved", "--format", "json"]
+    done = CliRunner().invoke(app, [*given, "--db", str(db.path)])
+    assert "ground truth of 1 pair: 1 approved" in done.stderr
+    assert {row["R@0.5"] for row in json.loads(done.stdout)} == {0.0}
+    whole = CliRunner().invoke(
+        app, ["evaluate", "--shapes", "--format", "json", "--db", str(db.path)]
+    )
+    assert {row["R@0.5"] for row in json.loads(whole.stdout)} != {0.0}
+    keys = mask_pair_keys(db, None, ["approved"])
+    assert {pair for _, pair, _ in keys} == {tiny_split[0].id}
+    counted = {tiny_split[0].id}
+    refresh_terms(db, run)
+    assert set(run_terms(db, run, counted).pair_ids) == counted

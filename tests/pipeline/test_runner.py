@@ -6,10 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.masks import decode_rle, intersection_over_union
 from reviewer.models.interfaces import Alignment, Instance, ModelFailed, Objects
+from reviewer.models.nets.build import build_net
+from reviewer.models.nets.checkpoints import NetRecord, save_checkpoint
 from reviewer.pipeline.members import build_members
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
@@ -281,3 +284,35 @@ def test_a_pair_whose_image_was_replaced_fails_by_name(db, tiny_split, run):
     assert report.done == 2
     assert re.search(r"pair cs1/0001, stage align: .*0001\.png: is not the", report.failures[0])
     assert load_detection(db, run.id, tiny_split[1].id) is None
+
+
+def early_run(db, name, net, path):
+    """A run whose record was written before `arithmetic` was noted."""
+    made = prepare_run(db, name, net_settings(net, path))
+    record = json.loads(json.dumps(made.settings))
+    del record["model_settings"]["detect"]["arithmetic"]
+    complete_settings(db, made.id, record)
+    return made
+
+
+def net_settings(net, path):
+    return PipelineSettings(detector=net, model_settings={"detect": {"checkpoint": str(path)}})
+
+
+def test_results_of_nets_that_compute_what_they_did_keep_their_keys(db, tiny_split, tmp_path):
+    path = tmp_path / "cdnet.pt"
+    save_checkpoint(path, build_net("cdnet", 0.125), NetRecord("cdnet", 0.125))
+    run = early_run(db, "early", "cdnet", path)
+    early = run_of_name(db, "early")
+    assert run_pipeline(db, early, pair_ids(db)).done == 3
+    again = prepare_run(db, "early", net_settings("cdnet", path))
+    assert again.id == run.id and again.settings["model_settings"]["detect"]["arithmetic"] == {}
+    assert run_pipeline(db, again, pair_ids(db)).already_done == 3
+
+
+def test_a_run_of_an_early_tanet_does_not_go_on_with_the_public_one(db, tiny_split, tmp_path):
+    path = tmp_path / "public.pth"
+    torch.save(build_net("tanet", 0.125).state_dict(), path)
+    early_run(db, "early", "tanet", path)
+    with pytest.raises(Conflict, match=r"run early: began when tanet was computed with one ReLU"):
+        prepare_run(db, "early", net_settings("tanet", path))

@@ -5,7 +5,7 @@ import pytest
 from people import draw
 
 from reviewer.editing.commit import MaskEdit, change_state
-from reviewer.errors import InvalidInput
+from reviewer.errors import InvalidInput, NotFound
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.masks import decode_rle, encode_rle
 from reviewer.store.pairs import list_pairs
@@ -115,6 +115,15 @@ def test_a_consensus_is_of_people_who_have_finished(db, pair):
     draw(db, pair.id, "Cy", MaskEdit(block(90), 3), "in_progress")
     agreed = exported(db, consensus=2)[pair.id]
     assert agreed.origin["annotators"] == ["Ada", "Bob"] and agreed.mask.area == 400
+
+
+def test_who_approves_another_s_mask_does_not_stand_for_an_earlier_scribble(db, pair):
+    draw(db, pair.id, "Ada", MaskEdit(block(90), 1), "in_progress")
+    draw(db, pair.id, "Bob", MaskEdit(block(40), 2), "submitted")
+    change_state(db, pair.id, annotator_id(db, "Ada"), "approved", 3)
+    with pytest.raises(NotFound, match="of 2 people"):
+        exported(db, consensus=2)
+    assert exported(db, consensus=1)[pair.id].origin["annotators"] == ["Bob"]
 
 
 def test_the_team_s_state_of_a_pair_is_told_to_everybody(db, tiny_split):

@@ -20,7 +20,12 @@ from torch import Tensor, nn
 
 from reviewer.atomic import whole_file
 from reviewer.errors import InvalidInput, NotFound
-from reviewer.models.nets.build import build_net, settings_of_record, untold_settings
+from reviewer.models.nets.build import (
+    build_net,
+    full_settings,
+    settings_of_record,
+    untold_settings,
+)
 from reviewer.models.nets.cscdnet import WINDOW
 from reviewer.models.nets.pictures import PREPROCESSINGS, Preprocessing
 from reviewer.models.nets.tanet import DYNAMIC
@@ -75,12 +80,20 @@ class NetRecord:
             raise InvalidInput(f"changed_class: must be 0 or 1, but is {self.changed_class}")
 
     def arithmetic(self) -> dict[str, Any]:
-        """Return what decides, beside the weights, which probabilities a pair gets."""
-        return {
+        """Return what decides, beside the weights, which probabilities a pair gets.
+
+        Only what differs from a net's defaults as early versions had them: the keys of their
+        results stay what they are.
+        """
+        early = {**full_settings(self.net, {}), "preprocessing": "bgr_128", "changed_class": 1}
+        if "relu" in early:
+            early["relu"] = "stage"
+        own = {
             **self.settings,
             "preprocessing": self.preprocessing,
             "changed_class": self.changed_class,
         }
+        return {name: value for name, value in own.items() if value != early.get(name)}
 
 
 def save_checkpoint(path: Path, net: nn.Module, record: NetRecord) -> None:
