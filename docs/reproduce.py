@@ -5,7 +5,7 @@
 
 Each detector is trained on synthetic pairs of the world's reference images alone, in about half an
 hour of processor time; the world's exact masks are only used by `reviewer evaluate`. One thread
-a training, so that two can run side by side and give the same weights wherever they run.
+a training, so that two can run side by side; in one precision they give the same weights again.
 """
 
 from __future__ import annotations

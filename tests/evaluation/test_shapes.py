@@ -73,7 +73,7 @@ def test_ignored_pixels_belong_to_neither():
 
 def test_the_command_prints_a_row_a_run_and_method(db, run, tiny_split):
     given = ["evaluate", "--shapes", "--format", "json", "--db", str(db.path)]
-    rows = json.loads(CliRunner().invoke(app, given).output)
+    rows = json.loads(CliRunner().invoke(app, given).stdout)
     assert [row["method"] for row in rows] == ["without DoI", "with DoI"]
     assert 0 < rows[1]["border IoU 0.5 %"] <= rows[1]["border IoU 2 %"] <= 1
     assert rows[1]["R@0.5"] == 1.0 and 0 < rows[1]["border 1 px"] <= rows[1]["border 3 px"] <= 1
