@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 from fastapi import APIRouter, Request
-from pydantic import Field
 
 from reviewer.app import messages as m
 from reviewer.app.details import choose_run, pair_detail
+from reviewer.app.fields import Cause, Key
 from reviewer.editing.skipping import lift_skip, skip_pair
 from reviewer.store.database import Store
 from reviewer.store.reviews import annotator_id
@@ -19,8 +17,8 @@ class SkipChange(m.Message):
     """Skip a pair, its regions in this run (null: the newest) rejected; or take it up again."""
 
     skipped: bool = True
-    run: str | None = None
-    reason: Annotated[str, Field(min_length=1, max_length=80)] = BADLY_ALIGNED
+    run: Key | None = None
+    reason: Cause = BADLY_ALIGNED
 
 
 def build_skipping(store: Store) -> APIRouter:
