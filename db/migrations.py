@@ -83,6 +83,12 @@ def m012_terms(db: Database) -> None:
     _run(db, "m012_terms")
 
 
+@migrations()
+def m013_skipped(db: Database) -> None:
+    """Leave skipped pairs out of the views of scores."""
+    _run(db, "m013_skipped")
+
+
 def _run(db: Database, name: str) -> None:
     script = (SCRIPTS / f"{name}.sql").read_text(encoding="utf-8")
     mask = (SCRIPTS / "mask_columns.sql").read_text(encoding="utf-8").rstrip()

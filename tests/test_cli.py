@@ -56,7 +56,7 @@ def test_from_import_to_export(folder):
 def test_an_own_detector_is_brought_in(folder):
     call("import", "data")
     first = call(
-        "import-layer", "detection", "data/cs1/mask", "--run", "ours", "--segmenter", "oversegment"
+        "import-layer", "detection", "data/cs1/mask", "--run", " ours", "--segmenter", "oversegment"
     )
     assert "3 pairs got detection, 0 have none" in first.output, first.output
     ran = call("run", "all", "--name", "ours")
@@ -79,6 +79,7 @@ def test_an_own_detector_is_brought_in(folder):
      (["run", "--detector", "cscdnet:no.pt"], "no.pt: no such checkpoint file"),
      (["train", "cdnet", "--split", "cs7"], "split cs7: does not exist; there are cs1"),
      (["train", "cdnet", "--train-on", "others"], "no split is left"),
+     (["train", "cdnet", "--name", "a\x07b"], "run name: holds U+0007"),
      (["train", "cdnet", "--lr", "0"], "training lr: must be > 0"),
      (["train", "cdnet", "--synthesis", "removal=x"], "removal=x: 'x' is no float"),
      (["train", "cdnet", "--synthesis", "size_px=3"], "size_px is 2 numbers with a comma"),

@@ -290,6 +290,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     ) -> m.StateReply:
         """Set the annotator's state of a pair; If-Match names the revision that was looked at."""
         seen = None if if_match is None else _revision(if_match)
+        pair_of_id(store, pair_id)  # only who changes something becomes an annotator
         person = annotator_id(store, annotator)
         change_state(store, pair_id, person, change.state, seen, change.active_seconds)
         newest = newest_revision(store, pair_id)

@@ -14,6 +14,7 @@ from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.reasons import list_reasons, set_reasons
+from reviewer.store.regions import region_of_id
 from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.walk import list_doubtful
 
@@ -72,6 +73,7 @@ def build_auditing(store: Store) -> APIRouter:
     @router.post("/regions/{region_id}/audit")
     def post_audit(request: Request, region_id: m.Id, change: m.VerdictChange) -> JudgedPair:
         """Give a verdict on a region; the answer is the pair with its new prediction."""
+        region_of_id(store, region_id)  # only who changes something becomes an annotator
         who = annotator_id(store, str(request.state.annotator))
         given = give_verdict(
             store, region_id, who, change.verdict, reason=change.reason, comment=change.comment
@@ -81,7 +83,7 @@ def build_auditing(store: Store) -> APIRouter:
     @router.put("/audits/{audit_id}")
     def put_audit(request: Request, audit_id: m.Id, change: StandingChange) -> JudgedPair:
         """Take one's own verdict back, or give it again; the answer is the pair as it is then."""
-        who = annotator_id(store, str(request.state.annotator))
+        who = known_annotator(store, str(request.state.annotator))
         return judged_pair(change_standing(store, audit_id, who, stands=change.stands), who)
 
     @router.get("/reasons")

@@ -57,6 +57,9 @@ Key = Annotated[str, Readable(400, fold=False)]
 Word = Annotated[str, Readable(80)]
 """A few words on one line."""
 
+Cause = Annotated[str, Readable(80, least=1)]
+"""Why a pair is skipped, in a few words."""
+
 Client = Annotated[str, Readable(64, least=1)]
 """Which window of a person something comes from."""
 

@@ -102,8 +102,8 @@ def build_gateway(
         await proxy.socket(socket)
 
     app.mount("/static", _Static(directory=static), name="static")
-    app.add_middleware(SafeHeaders)
     app.add_middleware(Guard, access=access, sessions=sessions)
+    app.add_middleware(SafeHeaders)  # added last, it is outermost: the guard answers, too
     return app
 
 

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
 from fastapi import APIRouter, Request
-from pydantic import Field
 
 from reviewer.app import messages as m
 from reviewer.app.details import choose_run, pair_detail
+from reviewer.app.fields import Cause, Key
 from reviewer.editing.skipping import lift_skip, skip_pair
 from reviewer.store.database import Store
+from reviewer.store.pairs import pair_of_id
 from reviewer.store.reviews import annotator_id
 from reviewer.store.skips import BADLY_ALIGNED
 
@@ -19,8 +18,8 @@ class SkipChange(m.Message):
     """Skip a pair, its regions in this run (null: the newest) rejected; or take it up again."""
 
     skipped: bool = True
-    run: str | None = None
-    reason: Annotated[str, Field(min_length=1, max_length=80)] = BADLY_ALIGNED
+    run: Key | None = None
+    reason: Cause = BADLY_ALIGNED
 
 
 def build_skipping(store: Store) -> APIRouter:
@@ -31,7 +30,10 @@ def build_skipping(store: Store) -> APIRouter:
     def put_skip(request: Request, pair_id: m.Id, change: SkipChange) -> m.PairDetail:
         """Skip a pair that cannot be compared, with all of its regions in the run rejected; or take
         it up again, with those rejections withdrawn."""
-        who, run = annotator_id(store, str(request.state.annotator)), choose_run(store, change.run)
+        # Only who changes something becomes an annotator.
+        pair_of_id(store, pair_id)
+        run = choose_run(store, change.run)
+        who = annotator_id(store, str(request.state.annotator))
         if change.skipped:
             skip_pair(store, pair_id, who, run, change.reason)
         else:

@@ -182,17 +182,19 @@ def import_layer(
     from reviewer.store.runs import list_runs, run_of_name
 
     with open_store(db) as store:
-        if run not in {known.name for known in list_runs(store)}:
+        if run in {known.name for known in list_runs(store)}:
+            opened = run_of_name(store, run)
+        else:
             chosen = aligner or (IMPORTED if kind == "alignment" else DEFAULT_ALIGNER)
-            prepare_run(store, run, PipelineSettings(chosen, detector, segmenter=segmenter))
-        opened = run_of_name(store, run)
+            settings = PipelineSettings(chosen, detector, segmenter=segmenter)
+            opened = prepare_run(store, run, settings)
         report = bring_in(
             store, opened, kind, folder, list_pairs(store, split or []), packing(opened)
         )
     for title in report.without_file:
         typer.echo(f"without a file: {title}")
     typer.echo(f"{report.imported} pairs got {kind}, {len(report.without_file)} have none")
-    typer.echo(f"next: reviewer run all --name {run}")
+    typer.echo(f"next: reviewer run all --name {opened.name}")
 
 
 def import_all(

@@ -130,6 +130,7 @@ def train(
     db: Database = DEFAULT_DB,
 ) -> None:
     """Train a detector on synthetic pairs, or on ground truth; the same command again goes on."""
+    from reviewer.store.runs import clean_run_name
     from reviewer.training.recipes import check_paper, make_recipe
 
     given = {"iterations": iterations, "batch": batch, "lr": lr, "clip_norm": clip_norm}
@@ -156,7 +157,7 @@ def train(
     if backbone is None and start is None:
         typer.echo("encoders start from random weights (--backbone-weights takes a ResNet-18)")
     order = Order(
-        name or (f"{detector}-truth" if from_ground_truth else detector),
+        clean_run_name(name or (f"{detector}-truth" if from_ground_truth else detector)),
         followed,
         [each for text in split or [] for each in text.split(",")],
         backbone,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,6 +15,7 @@ from reviewer.records import Pair, ReviewState, RevisionSource
 from reviewer.store.database import Store
 from reviewer.store.reviews import set_review_state
 from reviewer.store.revisions import add_revision
+from reviewer.texts import clean_text
 
 MOST_ACTIONS = 2000
 LARGEST_LOG_BYTES = 256 * 2**10
@@ -69,7 +70,7 @@ def check_log(log: Sequence[Mapping[str, Any]]) -> None:
 
     Raises:
         InvalidInput: when it has too many actions, is too deep or too large, or holds what is no
-            JSON (numbers that are not finite, half characters).
+            JSON (numbers that are not finite, half characters) or a text that cannot be read.
     """
     if len(log) > MOST_ACTIONS:
         raise InvalidInput(f"tool log: at most {MOST_ACTIONS} actions, not {len(log)}")
@@ -86,12 +87,26 @@ def check_log(log: Sequence[Mapping[str, Any]]) -> None:
         raise InvalidInput(
             f"tool log: at most {LARGEST_LOG_BYTES // 2**10} KiB of JSON, not {size / 2**10:.0f}"
         )
+    for text in _texts(log):
+        clean_text(text, "tool log", longest=LARGEST_LOG_BYTES, lines=True, fold=False)
 
 
 def _inside(value: Any) -> list[Any]:
     if isinstance(value, Mapping):
         return list(value.values())
     return value if isinstance(value, list) else []
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        for key, item in value.items():
+            yield key
+            yield from _texts(item)
+    elif isinstance(value, Sequence):
+        for item in value:
+            yield from _texts(item)
 
 
 def commit_mask(store: Store, pair_id: int, annotator_id: int, edit: MaskEdit) -> int:

@@ -65,12 +65,14 @@ def prepare_run(
 
     Raises:
         Conflict: when a run of the given name has other settings.
-        InvalidInput: when a member is unknown.
+        InvalidInput: when a member is unknown, or a new name cannot be read.
     """
     built = members or build_members(settings)
     threshold = built.threshold() if settings.threshold is None else settings.threshold
     settings = replace(settings, model_settings=built.settings(), threshold=threshold)
     if name is not None:
+        if name not in {run.name for run in runs.list_runs(store)}:
+            name = runs.clean_run_name(name)
         return _open(store, name, settings)
     for number in count(1):
         chosen = settings.default_name() + (f"-{number}" if number > 1 else "")

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from reviewer.store.database import Store
+from reviewer.store.skips import NOT_SKIPPED
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,13 +24,15 @@ class InspectRegion:
 
 
 def inspect_regions(store: Store, run_id: int, splits: Sequence[str] = ()) -> list[InspectRegion]:
-    """Return the regions of a run that are flagged `inspect` and on which nobody gave a verdict."""
+    """Return the regions of a run that are flagged `inspect` and on which nobody gave a verdict;
+    those of skipped pairs are left out."""
     marks = ", ".join("?" * len(splits))
     only = f" AND d.split IN ({marks})" if splits else ""
     rows = store.read().execute(
         "SELECT g.*, d.split, d.pair, coalesce(d.labels, '') AS labels FROM regions g"
         " JOIN doi_decisions d ON d.region_id = g.id"
-        f" WHERE g.run_id = ? AND g.inspect AND d.verdict IS NULL AND g.box_width > 0{only}"
+        " WHERE g.run_id = ? AND g.inspect AND d.verdict IS NULL AND g.box_width > 0"
+        f" AND g.{NOT_SKIPPED}{only}"
         " ORDER BY d.split, d.pair, g.number",
         [run_id, *splits],
     )

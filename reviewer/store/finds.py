@@ -12,6 +12,7 @@ from reviewer.errors import NotFound
 from reviewer.geometry import Pose2
 from reviewer.records import Verdict
 from reviewer.store.database import Store, require, utc_now
+from reviewer.store.skips import NOT_SKIPPED
 from reviewer.texts import clean_text
 
 LONGEST_NAME = 200
@@ -47,13 +48,14 @@ class Find:
 
 
 def list_finds(store: Store, run_id: int, *, kept: bool = False) -> list[Find]:
-    """Return what a run found, by split and pair.
+    """Return what a run found, by split and pair, without skipped pairs.
 
     Args:
         kept: also what the detector says without an object for it.
     """
     rows = store.read().execute(
         "SELECT * FROM found WHERE run_id = ? AND (? OR outcome = 'adopt')"
+        f" AND {NOT_SKIPPED}"
         " ORDER BY split, pair, region_id",
         [run_id, kept],
     )
@@ -70,6 +72,8 @@ def finds_version(store: Store, run_id: int) -> tuple[int | str | None, ...]:
             " (SELECT max(id) FROM withdrawals) AS withdrawal,"
             " (SELECT max(created_at) FROM found_names) AS named,"
             " (SELECT count(*) FROM found_names) AS names,"
+            " (SELECT max(created_at) FROM skips) AS skipped,"
+            " (SELECT count(*) FROM skips) AS skips,"
             " (SELECT max(edited_at) FROM labels WHERE run_id = ?1) AS edited",
             [run_id],
         )
@@ -82,9 +86,10 @@ def find_of_region(store: Store, region_id: int) -> Find:
     """Return one find.
 
     Raises:
-        NotFound: when the region does not exist, or was rejected.
+        NotFound: when the region does not exist, was rejected, or its pair is skipped.
     """
-    row = store.read().execute("SELECT * FROM found WHERE region_id = ?", [region_id]).fetchone()
+    query = f"SELECT * FROM found WHERE region_id = ? AND {NOT_SKIPPED}"
+    row = store.read().execute(query, [region_id]).fetchone()
     return _find(require(row, f"region {region_id}: is not among what was found"))
 
 

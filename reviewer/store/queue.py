@@ -72,6 +72,8 @@ def list_queue(
 ) -> tuple[list[QueueEntry], int]:
     """Return a page of the queue and the number of pairs on all pages; of some pairs if named.
 
+    A skipped pair is nothing that the team has to do: with `team` it is left out.
+
     Raises:
         InvalidInput: when the order is unknown.
     """
@@ -102,7 +104,8 @@ def list_queue(
         WHERE (:split IS NULL OR s.name = :split)
         AND (:ids IS NULL OR p.id IN (SELECT value FROM json_each(:ids)))
     ) SELECT *, count(*) OVER () AS total FROM entries
-    WHERE (:state IS NULL OR state = :state) AND (:team IS NULL OR team = :team)
+    WHERE (:state IS NULL OR state = :state)
+    AND (:team IS NULL OR (team = :team AND state <> 'skipped'))
     """
     values = {
         "annotator": annotator_id,
@@ -135,7 +138,14 @@ def list_queue(
     ]
     if not rows and offset:
         _, total = list_queue(
-            store, annotator_id, run_id=run_id, split=split, state=state, team=team, limit=1
+            store,
+            annotator_id,
+            run_id=run_id,
+            split=split,
+            state=state,
+            team=team,
+            pair_ids=pair_ids,
+            limit=1,
         )
         return [], total
     return found, rows[0]["total"] if rows else 0

@@ -11,6 +11,7 @@ from typing import Any
 from reviewer.errors import Conflict, NotFound
 from reviewer.records import Run
 from reviewer.store.database import Store, utc_now
+from reviewer.texts import clean_text
 
 
 def open_run(
@@ -93,6 +94,15 @@ def list_runs(store: Store) -> list[Run]:
         )
         for row in store.read().execute("SELECT * FROM runs ORDER BY id")
     ]
+
+
+def clean_run_name(name: str) -> str:
+    """Return the name of a new run as it is kept.
+
+    Raises:
+        InvalidInput: when it is blank, longer than 400 characters, or cannot be read.
+    """
+    return clean_text(name, "run name", longest=400, least=1, fold=False)
 
 
 def run_of_name(store: Store, name: str) -> Run:

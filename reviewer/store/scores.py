@@ -137,7 +137,7 @@ def split_scores(store: Store, run: str | None = None) -> list[Score]:
     rows = store.read().execute(
         "SELECT run, method, split, count(*) AS pairs, sum(tp) AS tp, sum(fp) AS fp, sum(fn) AS fn,"
         " sum(tn) AS tn, sum(ignored) AS ignored FROM pair_scores"
-        f" WHERE (?1 IS NULL OR run = ?1) AND {NOT_SKIPPED}"
+        " WHERE ?1 IS NULL OR run = ?1"
         " GROUP BY run, method, split ORDER BY run, method, split",
         [run],
     )
@@ -145,9 +145,12 @@ def split_scores(store: Store, run: str | None = None) -> list[Score]:
 
 
 def pair_counts(store: Store, run_id: int, pair_id: int) -> dict[Method, Counts]:
-    """Return the fresh counts of one pair by method."""
+    """Return the fresh counts of one pair by method, also of one that is skipped."""
     rows = store.read().execute(
-        "SELECT * FROM pair_scores WHERE run_id = ? AND pair_id = ?", [run_id, pair_id]
+        "SELECT s.* FROM scores s JOIN ground_truth t"
+        " ON t.pair_id = s.pair_id AND t.number = s.revision"
+        " WHERE s.run_id = ? AND s.pair_id = ?",
+        [run_id, pair_id],
     )
     return {row["method"]: _counts(row) for row in rows}
 
@@ -162,7 +165,7 @@ def pair_scores(
     """
     rows = store.read().execute(
         "SELECT v.*, s.workspace, s.object_group FROM pair_scores v JOIN splits s"
-        f" ON s.name = v.split WHERE (?1 IS NULL OR v.run = ?1) AND v.{NOT_SKIPPED}"
+        " ON s.name = v.split WHERE (?1 IS NULL OR v.run = ?1)"
         " AND (?2 = '[]' OR v.standing IN (SELECT value FROM json_each(?2)))"
         " ORDER BY v.run, v.method, v.pair_id",
         [run, json.dumps(list(standings))],
@@ -185,7 +188,7 @@ def pair_f_scores(store: Store, run_id: int, method: Method) -> dict[str, float]
     """Return F of every counted pair of a run that is not skipped, by "split/name"."""
     rows = store.read().execute(
         "SELECT split || '/' || pair AS title, f_score FROM pair_scores"
-        f" WHERE run_id = ? AND method = ? AND {NOT_SKIPPED} ORDER BY 1",
+        " WHERE run_id = ? AND method = ? ORDER BY 1",
         [run_id, method],
     )
     return {row["title"]: row["f_score"] for row in rows}

@@ -1,6 +1,7 @@
 """Pairs that are skipped as badly aligned: a state of the pair, for everybody.
 
-A skipped pair counts in no score and no audit: whoever reads those says `NOT_SKIPPED` in the query.
+A skipped pair counts in no score and no audit: the views of scores leave it out, and whoever reads
+anything else that counts says `NOT_SKIPPED` in the query.
 Exports leave it out unless they are told otherwise.
 """
 

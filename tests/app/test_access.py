@@ -7,7 +7,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
 from reviewer.app.access import Access, is_loopback
-from reviewer.app.gateway import build_gateway
+from reviewer.app.gateway import HEADERS, build_gateway
 from reviewer.errors import InvalidInput
 from reviewer.store.database import stamp
 
@@ -129,6 +129,20 @@ def test_a_cookie_behind_tls_is_secure(app):
 def test_what_is_ours_is_read_by_our_pages_only(client):
     for path in ("/api/me", "/static/js/main.js", "/sign-in"):
         assert client.get(path).headers["cross-origin-resource-policy"] == "same-origin"
+
+
+def test_answers_of_the_guard_are_as_strict_as_all_others(stranger):
+    replies = {
+        401: stranger.get("/api/me"),
+        403: stranger.post("/sign-in", headers={"Origin": "http://evil.example"}),
+        421: stranger.get("/sign-in", headers={"Host": "evil.example"}),
+        303: stranger.get("/workbench", headers={"Accept": "text/html"}),
+    }
+    assert {status: reply.status_code for status, reply in replies.items()} == {
+        status: status for status in replies
+    }
+    for reply in replies.values():
+        assert reply.headers.items() >= {(name.lower(), text) for name, text in HEADERS.items()}
 
 
 def test_another_host_name_is_refused(stranger):

@@ -341,3 +341,19 @@ def test_what_would_leave_a_pair_rightly_empty_has_no_f(client, db, run):
     client.put("/api/pairs/1/state", json={"state": "submitted"})
     (region,) = client.get("/api/pairs/1").json()["regions"]
     assert region["f_if"] == {"adopt": 0.0, "keep": 0.0, "reject": None}
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body"),
+    [("PUT", "/api/pairs/99/state", {"state": "in_progress"}),
+     ("PUT", "/api/pairs/99/skip", {}),
+     ("PUT", "/api/pairs/1/skip", {"run": "none"}),
+     ("POST", "/api/regions/99/audit", {"verdict": "agree"}),
+     ("PUT", "/api/audits/99", {"stands": False})],
+)  # fmt: skip
+def test_a_change_of_what_does_not_exist_makes_nobody(client, db, run, method, path, body):
+    people = "SELECT name FROM annotators ORDER BY id"
+    before = [row["name"] for row in db.read().execute(people)]
+    reply = client.request(method, path, json=body, headers={"X-Annotator": "Nobody"})
+    assert reply.status_code == 404
+    assert [row["name"] for row in db.read().execute(people)] == before

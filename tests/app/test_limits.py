@@ -107,7 +107,10 @@ def deep(levels):
      ([{"a": 1}] * 2001, "2000"),
      ([{"tool": deep(20)}], "deep"),
      ([{"x": float("nan")}], "number"),
-     ([{"x": [float("-inf")]}], "number")],
+     ([{"x": [float("-inf")]}], "number"),
+     ([{"tool": "brush\x00"}], "U+0000"),
+     ([{"tool": [{"of": "a\x1b[2J"}]}], "U+001B"),
+      ([{"too\x07l": 1}], "U+0007")],
 )  # fmt: skip
 def test_a_tool_log_is_bounded(client, mask, log, rule):
     body = {"mask": {"height": 120, "width": 160, "counts": mask.counts}, "tool_log": log}

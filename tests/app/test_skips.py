@@ -1,5 +1,7 @@
 """Skipping over HTTP: a state of the pair, its doubt, and the way back."""
 
+import pytest
+
 from reviewer.evaluation.counting import refresh_counts
 
 
@@ -25,6 +27,17 @@ def test_a_skip_of_what_is_not_there_is_refused(client, db, run):
     assert client.put("/api/pairs/1/skip", json={"reason": ""}).status_code == 422
     reply = client.put("/api/pairs/1/state", json={"state": "skipped"})
     assert reply.status_code == 422
+
+
+@pytest.mark.parametrize(
+    ("field", "text"),
+    [("reason", "a\x00b"), ("reason", "\u202eb"), ("reason", "x" * 81), ("reason", " "),
+     ("run", "a\nb"), ("run", "x" * 401)],
+)  # fmt: skip
+def test_a_skip_says_nothing_that_cannot_be_read(client, db, run, field, text):
+    reply = client.put("/api/pairs/1/skip", json={field: text})
+    assert reply.status_code == 422 and f"body.{field}: text" in reply.json()["detail"]
+    assert client.get("/api/pairs/1").json()["skip"] is None
 
 
 def test_the_doubts_of_alignment_and_detection_are_told_together(client, db, run):

@@ -13,11 +13,19 @@ from reviewer.export.formats import Options, export_as
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.export.skipped import leave_out_skipped
 from reviewer.store.audited import audit_rows
+from reviewer.store.doubts import inspect_regions
+from reviewer.store.finds import find_of_region, finds_version, list_finds
 from reviewer.store.queue import list_progress, list_queue
 from reviewer.store.regions import load_prediction, load_regions
 from reviewer.store.reviews import annotator_id
 from reviewer.store.runs import delete_run
-from reviewer.store.scores import mask_pair_keys, pair_f_scores, pair_scores, split_scores
+from reviewer.store.scores import (
+    mask_pair_keys,
+    pair_counts,
+    pair_f_scores,
+    pair_scores,
+    split_scores,
+)
 from reviewer.store.skips import count_skips, skip_of_pair
 from reviewer.store.terms import load_terms
 from reviewer.store.walk import list_doubtful
@@ -114,6 +122,36 @@ def test_a_skipped_pair_counts_in_no_score_and_no_audit(db, run, ada):
             db, run.id, 0.9, 50, opinion="second", annotator_id=annotator_id(db, "Bob")
         )
     }
+
+
+def test_the_views_of_scores_leave_skipped_pairs_out_and_the_workbench_still_has_their_counts(
+    db, run, ada
+):
+    refresh_counts(db)
+    shown = pair_counts(db, run.id, 1)
+    skip_pair(db, 1, ada, None, "badly aligned")
+    rows = db.read().execute("SELECT DISTINCT pair_id FROM pair_scores ORDER BY 1").fetchall()
+    assert [row["pair_id"] for row in rows] == [2, 3]
+    rows = db.read().execute("SELECT DISTINCT pairs FROM split_scores").fetchall()
+    assert [row["pairs"] for row in rows] == [2]
+    assert shown and pair_counts(db, run.id, 1) == shown
+
+
+def test_a_skipped_pair_shows_nothing_found_and_asks_for_no_look_in_a_run_that_rejected_nothing(
+    db, run, ada
+):
+    db.write(lambda sql: sql.execute("UPDATE regions SET inspect = 1"))
+    before, version = list_finds(db, run.id, kept=True), finds_version(db, run.id)
+    first = next(find for find in before if find.pair_id == 1)
+    assert 1 in {region.pair_id for region in inspect_regions(db, run.id)}
+    skip_pair(db, 1, ada, None, "badly aligned")
+    assert list_finds(db, run.id, kept=True) == [find for find in before if find.pair_id != 1]
+    assert finds_version(db, run.id) != version
+    assert 1 not in {region.pair_id for region in inspect_regions(db, run.id)}
+    with pytest.raises(NotFound, match="is not among what was found"):
+        find_of_region(db, first.region_id)
+    lift_skip(db, 1, ada)
+    assert list_finds(db, run.id, kept=True) == before
 
 
 def test_an_export_leaves_skipped_pairs_out_and_its_record_names_them(db, run, ada, tmp_path):

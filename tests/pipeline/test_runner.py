@@ -208,6 +208,18 @@ def test_a_run_of_an_earlier_version_goes_on_with_what_it_left_open(db, tiny_spl
     assert run_of_name(db, run.name).settings == early
 
 
+@pytest.mark.parametrize("name", ["a\x00b", "a\nb", "\u202eb", "a\udc80", " ", "x" * 401])
+def test_a_new_run_needs_a_name_that_can_be_read(db, name):
+    with pytest.raises(InvalidInput, match="run name: "):
+        prepare_run(db, name, PipelineSettings())
+    assert prepare_run(db, " first ", PipelineSettings()).name == "first"
+
+
+def test_a_run_of_an_earlier_version_is_found_by_the_name_it_has(db, run):
+    db.write(lambda sql: sql.execute("UPDATE runs SET name = ' a\tb'"))
+    assert prepare_run(db, " a\tb", PipelineSettings()).id == run.id
+
+
 def test_a_name_with_other_settings_is_a_conflict(db, run):
     with pytest.raises(Conflict, match="exists with another high"):
         prepare_run(db, run.name, PipelineSettings(high=0.8))

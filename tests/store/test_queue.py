@@ -2,6 +2,7 @@
 
 import pytest
 
+from reviewer.editing.skipping import skip_pair
 from reviewer.errors import InvalidInput
 from reviewer.masks import empty_rle
 from reviewer.pipeline.runner import prepare_run, run_pipeline
@@ -61,3 +62,16 @@ def test_effort_adds_drawing_and_looking(db, tiny_split):
         set_review_state(db, pair.id, ada, state, active_seconds=2.0)
     (row,) = db.read().execute("SELECT * FROM pair_effort WHERE annotator = 'Ada'")
     assert (row["pair_id"], row["active_seconds"]) == (pair.id, 16.5)
+
+
+def test_what_the_team_has_to_do_leaves_skipped_pairs_out(db, tiny_split):
+    ada = annotator_id(db, "Ada")
+    skip_pair(db, tiny_split[1].id, ada, None, "badly aligned")
+    found, total = list_queue(db, ada, team="todo")
+    assert (names(found), total) == (["0000", "0002"], 2)
+    assert names(list_queue(db, ada)[0]) == ["0000", "0001", "0002"]
+
+
+def test_past_the_last_page_the_total_is_still_that_of_the_pairs_asked_for(db, tiny_split):
+    ada = annotator_id(db, "Ada")
+    assert list_queue(db, ada, pair_ids=[tiny_split[0].id], offset=5) == ([], 1)
