@@ -47,6 +47,6 @@ export class Standing {
     $("save").title = this.detail;
     $("save").textContent = this.detail && status !== "conflict" ? `${status}: ${this.detail}` : status;
     $("away").textContent = WHY[this.apart ?? (this.detail ? "signed out" : "away")];
-    $("away").hidden = status !== "offline";
+    $("away").hidden = !this.apart && status !== "offline";
   }
 }
