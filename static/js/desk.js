@@ -370,7 +370,9 @@ export class PairDesk {
       const reply = await api.putState(pair.id, next, reopening ? null : revision, this.activity.take());
       pair.state = reply.state;
       if (this.state.pair?.id === pair.id) Object.assign(this.state.pair, { state: reply.state, truth: reply.truth });
-      if (reopening && this.saver.parked.has(pair.id)) this.saver.resolve(pair.id, reply.revision);
+      const parked = this.saver.parked.get(pair.id);
+      // A conflict is answered part by part, not by sending one version over the other.
+      if (reopening && parked && parked !== "conflict") this.saver.resolve(pair.id, reply.revision);
       if (this.state.pair?.id !== pair.id) return false;
       if (reply.revision !== this.state.revision) await this.open(pair.id, pair.run);
       else if (reopening) await this.refresh();

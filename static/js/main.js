@@ -37,6 +37,8 @@ const state = new State();
 const keymap = new Keymap();
 const standing = new Standing();
 const around = new Surroundings(sessionStorage);
+/** @type {Map<number, string>} of the pairs that were opened here */
+const titles = new Map();
 let person = "";
 /** Of the server that gave this page. */
 let version = "";
@@ -159,6 +161,7 @@ function showingSoon() {
 function showPair(fresh) {
   const { pair } = state;
   if (!pair) return;
+  titles.set(pair.id, `${pair.split}/${pair.name}`);
   panes.aspect = pair.width / pair.height;
   if (fresh) {
     panes.arrange();
@@ -193,10 +196,11 @@ function showCandidate() {
 
 /** @param {string} status @param {string} [detail] @param {number} [id] the pair it is about */
 function showSave(status, detail = "", id = 0) {
-  const waits = [...saver.parked.values()][0];
-  standing.saving(status === "saved" && waits ? waits : status, detail);
+  const waits = [...saver.parked][0];
+  const [about, told] = status === "saved" && waits ? waits : [id, status];
+  const name = titles.get(about) ?? `Pair ${about}`;
+  standing.saving(told, detail, saver.parked.has(about) ? name : "");
   if (status === "conflict") {
-    const name = state.pair?.id === id ? `${state.pair.split}/${state.pair.name}` : `Pair ${id}`;
     const picture = state.pair?.id === id ? pictures.get(url("live")).bitmap : null;
     attempt(showConflict(id, name, saver, picture, (which) => { if (state.pair?.id === which) open(which, state.run); }));
   }

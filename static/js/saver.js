@@ -106,6 +106,11 @@ export class Saver {
     return this.waiting.length === 0;
   }
 
+  /** Whether nothing is left to send but what waits for a decision. */
+  get sent() {
+    return this.waiting.every(({ id }) => this.parked.has(id));
+  }
+
   /** Decide about a parked pair: send again from a revision, or (null) give its changes up.
    * @param {number} id @param {number | null} revision */
   resolve(id, revision) {
@@ -121,7 +126,7 @@ export class Saver {
       this.newest.set(id, revision);
       this.keep(own[0]);
     }
-    this.parts.status(this.idle ? "saved" : "saving", "", id);
+    this.parts.status(this.sent ? "saved" : "saving", "", id);
     this.pump();
   }
 
@@ -188,7 +193,7 @@ export class Saver {
     }
     this.forget([change]);
     this.parts.saved(change.id, revision);
-    if (this.idle) this.parts.status("saved", "", change.id);
+    if (this.sent) this.parts.status("saved", "", change.id);
   }
 
   /** Say which pair the server fails at, when nothing else is to be sent. */

@@ -15,13 +15,15 @@ export class Standing {
   constructor() {
     this.status = "opening";
     this.detail = "";
+    this.pair = "";
     /** @type {keyof typeof WHY | null} why the server cannot be asked */
     this.apart = null;
   }
 
-  /** @param {string} status of the saver @param {string} detail */
-  saving(status, detail) {
-    Object.assign(this, { status, detail });
+  /** @param {string} status of the saver @param {string} detail @param {string} [pair] that waits for
+   * the person */
+  saving(status, detail, pair = "") {
+    Object.assign(this, { status, detail, pair });
     this.draw();
   }
 
@@ -45,8 +47,9 @@ export class Standing {
     const status = this.apart && !DECISIONS.includes(this.status) ? "offline" : this.status;
     $("save").dataset.status = status;
     $("save").title = this.detail;
-    $("save").textContent = this.detail && status !== "conflict" ? `${status}: ${this.detail}` : status;
+    const said = this.pair && status === this.status ? `${status}, ${this.pair}` : status;
+    $("save").textContent = this.detail && status !== "conflict" ? `${said}: ${this.detail}` : said;
     $("away").textContent = WHY[this.apart ?? (this.detail ? "signed out" : "away")];
-    $("away").hidden = status !== "offline";
+    $("away").hidden = !this.apart && status !== "offline";
   }
 }

@@ -1,8 +1,10 @@
-"""Two people change one pair: what they drew as ill-posed is told apart and merged too."""
+"""Two people change one pair: each layer is told apart and merged, whatever happens meanwhile."""
+
+import json
 
 import pytest
 from playwright.sync_api import expect
-from workbench import on_live, wait_saved, wait_title
+from workbench import on_live, reload, wait_saved, wait_title
 
 from reviewer.masks import decode_rle
 from reviewer.store.revisions import list_revisions, newest_revision
@@ -28,6 +30,22 @@ def ignored(revision):
 def owners(frame):
     frame.wait_for_selector("#conflict[open]")
     return sorted(frame.locator("#conflict-parts button").all_inner_texts())
+
+
+def on_put(page, handle):
+    """Let `handle` answer the page's saves of masks, and the server all else."""
+    page.route(
+        "**/mask",
+        lambda route: handle(route) if route.request.method == "PUT" else route.fallback(),
+    )
+
+
+def problem(status, detail):
+    return {
+        "status": status,
+        "content_type": "application/problem+json",
+        "body": json.dumps({"status": status, "detail": detail}),
+    }
 
 
 def test_ill_posed_pixels_of_both_people_survive_a_conflict(server, two):
@@ -98,3 +116,107 @@ def test_parts_of_both_layers_are_compared_and_merged(two):
         "after": "00000010",
         "alone": [True, True],
     }
+
+
+def test_two_conflicts_at_once_are_asked_about_one_after_the_other(server, two):
+    (ada_page, ada), (bob_page, bob) = two
+    on_put(bob_page, lambda route: route.abort())
+    for frame, page, y in ((bob, bob_page, 20), (ada, ada_page, 90)):
+        on_live(frame, page, [(20, y), (60, y)])
+        if frame is ada:
+            wait_saved(ada, 2)
+        page.keyboard.press("ArrowRight")
+        wait_title(frame, "cs1/0001")
+        on_live(frame, page, [(20, y), (60, y)])
+    wait_saved(ada, 2)
+    bob_page.unroute("**/mask")
+    bob.evaluate("window.dispatchEvent(new Event('online'))")
+    bob.wait_for_selector("#conflict[open]")
+    bob_page.wait_for_timeout(1000)
+    expect(bob.locator("#conflict-text")).to_contain_text("cs1/0000")
+    bob.click("#conflict-save")
+    expect(bob.locator("#conflict-text")).to_contain_text("cs1/0001")
+    expect(bob.locator("#save")).to_have_attribute("data-status", "conflict")
+    bob.click("#conflict-save")
+    wait_saved(bob, 4)
+    for pair in (1, 2):
+        newest = newest_revision(server.store, pair)
+        assert newest.number == 4 and ignored(newest)[90, 40] and ignored(newest)[20, 40]
+
+
+def test_what_is_saved_while_a_conflict_is_asked_about_is_compared_too(server, two):
+    (ada_page, ada), (bob_page, bob) = two
+    on_live(ada, ada_page, [(20, 90), (60, 90)])
+    wait_saved(ada, 2)
+    on_live(bob, bob_page, [(20, 20), (60, 20)])
+    bob.wait_for_selector("#conflict[open]")
+    on_live(ada, ada_page, [(100, 90), (140, 90)])
+    wait_saved(ada, 3)
+    bob.click("#conflict-save")
+    expect(bob.locator("#conflict-text")).to_contain_text("Ada has saved revision 3")
+    assert len(owners(bob)) == 3
+    bob.click("#conflict-save")
+    wait_saved(bob, 5)
+    layer = ignored(newest_revision(server.store, 1))
+    assert layer[90, 40] and layer[90, 120] and layer[20, 40]
+
+
+@pytest.mark.parametrize("which", [1, 2])
+def test_a_conflict_whose_save_fails_is_asked_about_again(server, two, which):
+    (ada_page, ada), (bob_page, bob) = two
+    on_live(ada, ada_page, [(20, 90), (60, 90)])
+    wait_saved(ada, 2)
+    on_live(bob, bob_page, [(20, 20), (60, 20)])
+    bob.wait_for_selector("#conflict[open]")
+    saves = []
+
+    def fail_once(route):
+        saves.append(route)
+        if len(saves) == which:
+            route.fulfill(**problem(507, "the disk is full; make room"))
+        else:
+            route.fallback()
+
+    on_put(bob_page, fail_once)
+    bob.click("#conflict-save")
+    expect(bob.locator("#conflict-text")).to_contain_text("the disk is full; make room")
+    expect(bob.locator("#conflict")).to_be_visible()
+    bob.click("#conflict-save")
+    wait_saved(bob, 4)
+    expect(bob.locator("#conflict")).to_be_hidden()
+    layer = ignored(newest_revision(server.store, 1))
+    assert layer[90, 40] and layer[20, 40]
+
+
+def test_reopening_a_pair_does_not_answer_its_conflict(server, two):
+    (ada_page, ada), (bob_page, bob) = two
+    on_live(ada, ada_page, [(20, 90), (60, 90)])
+    wait_saved(ada, 2)
+    bob_page.route(
+        "**/mask",
+        lambda route: route.abort() if route.request.method == "GET" else route.fallback(),
+    )
+    on_live(bob, bob_page, [(20, 20), (60, 20)])
+    expect(bob.locator("#save")).to_have_attribute("data-status", "conflict")
+    expect(bob.locator("#notice")).to_contain_text("cannot be reached")
+    bob_page.unroute("**/mask")
+    with bob_page.expect_response("**/state"):
+        bob_page.keyboard.press("o")
+    bob_page.wait_for_timeout(1000)
+    assert newest_revision(server.store, 1).annotator == "Ada"
+    reload(bob)
+    assert len(owners(bob)) == 2
+
+
+def test_the_status_line_names_the_pair_that_waits_for_a_decision(two):
+    _, (page, frame) = two
+    on_put(page, lambda route: route.fulfill(**problem(422, "the mask is too small")))
+    on_live(frame, page, [(20, 20), (60, 20)])
+    expect(frame.locator("#save")).to_have_attribute("data-status", "refused")
+    page.unroute("**/mask")
+    page.keyboard.press("ArrowRight")
+    wait_title(frame, "cs1/0001")
+    on_live(frame, page, [(20, 20), (60, 20)])
+    expect(frame.locator("#facts")).to_contain_text("revision 2")
+    expect(frame.locator("#save")).to_have_attribute("data-status", "refused")
+    expect(frame.locator("#save")).to_contain_text("cs1/0000")

@@ -221,3 +221,17 @@ def test_nothing_is_called_saved_before_it_is_known_to_be(server, visit):
     page.wait_for_timeout(1500)
     page.mouse.move(*live_place(frame, (100, 90)))
     assert set(said.json_value()) == {"offline"}
+
+
+def test_the_banner_says_that_the_server_is_away_while_a_pair_waits_for_a_decision(server, visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    page.route("**/mask", lambda route: route.fulfill(status=422))
+    on_live(frame, page, [(20, 90), (60, 90)])
+    expect(frame.locator("#save")).to_have_attribute("data-status", "refused")
+    server.stop()
+    expect(frame.locator("#away")).to_be_visible()
+    expect(frame.locator("#away")).to_contain_text("The server is away")
+    server.start()
+    expect(frame.locator("#away")).to_be_hidden(timeout=15_000)
+    expect(frame.locator("#save")).to_have_attribute("data-status", "refused")

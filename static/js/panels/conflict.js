@@ -5,8 +5,12 @@
  * @typedef {import("../raster.js").Mask} Mask
  * @typedef {import("../merging.js").Part} Part
  * @typedef {import("../merging.js").Compared} Compared
+ * @typedef {{began: number, theirs: {revision: number, annotator: string | null},
+ *   unsent: import("../saver.js").Change, ignored: Mask, layers: Compared[], parts: Part[],
+ *   kept: number | null}} Versions
+ *   began: revision that mine started from; kept: revision that mine has been saved as
  */
-import { api } from "../api.js";
+import { api, ApiError } from "../api.js";
 import { compare, merge, partAt } from "../merging.js";
 import { emptyMask } from "../raster.js";
 import { decode, encode } from "../rle.js";
@@ -16,27 +20,70 @@ const THEIRS = [230, 159, 0];
 const BOTH = [150, 158, 168];
 const HATCH_PX = 6;
 
-/** @param {number} id @param {string} name of the pair @param {import("../saver.js").Saver} saver
+/** @type {Promise<unknown>} the question before */
+let asked = Promise.resolve();
+
+/** Ask about a pair, once the questions before are answered.
+ * @param {number} id @param {string} name of the pair @param {import("../saver.js").Saver} saver
  * @param {ImageBitmap | null} picture of the live image @param {(id: number) => void} reopen */
-export async function showConflict(id, name, saver, picture, reopen) {
-  const unsent = saver.unsent(id);
-  if (!unsent) return;
+export function showConflict(id, name, saver, picture, reopen) {
+  const ask = () => settle(id, name, saver, picture, reopen);
+  // What goes wrong is told by who asked; the next question comes all the same.
+  return (asked = asked.then(ask, ask));
+}
+
+/** Ask, and save what was decided; ask again until it is saved.
+ * @param {number} id @param {string} name @param {import("../saver.js").Saver} saver
+ * @param {ImageBitmap | null} picture @param {(id: number) => void} reopen */
+async function settle(id, name, saver, picture, reopen) {
+  let versions = await read(id, saver);
+  let failure = "";
+  try {
+    while (versions?.parts.length) {
+      show(versions, name, failure, picture);
+      await decided();
+      try {
+        await keep(id, versions);
+        saver.resolve(id, null);
+        return reopen(id);
+      } catch (error) {
+        const newer = error instanceof ApiError && error.status === 409;
+        failure = newer ? "" : `Not saved: ${/** @type {Error} */ (error).message} `;
+        if (newer) versions = await read(id, saver);
+      }
+    }
+  } finally {
+    dismiss();
+  }
+  if (versions) saver.resolve(id, versions.theirs.revision);
+}
+
+/** @param {number} id @param {import("../saver.js").Saver} saver
+ * @returns {Promise<Versions | null>} null where nothing is unsent */
+async function read(id, saver) {
   const began = saver.base(id);
   const [theirs, base] = await Promise.all([api.mask(id), began ? api.revision(id, began) : null]);
-  const { width, height, counts, log, seconds } = unsent;
-  const read = (/** @type {string | null | undefined} */ text) => text ? decode(text, width, height) : emptyMask(width, height);
+  const unsent = saver.unsent(id);
+  if (!unsent) return null;
+  const { width, height, counts } = unsent;
+  const layer = (/** @type {string | null | undefined} */ text) => text ? decode(text, width, height) : emptyMask(width, height);
   // Who drew no ill-posed pixels left them as they were.
-  const ignored = read(saver.unsentIgnore(id) ?? base?.ignore);
+  const ignored = layer(saver.unsentIgnore(id) ?? base?.ignore);
   const layers = [
-    compare("mask", read(counts), read(theirs.mask.counts), base && read(base.mask.counts)),
-    compare("ignore", ignored, read(theirs.ignore), base && read(base.ignore)),
+    compare("mask", layer(counts), layer(theirs.mask.counts), base && layer(base.mask.counts)),
+    compare("ignore", ignored, layer(theirs.ignore), base && layer(base.ignore)),
   ];
   const parts = layers.flatMap((compared) => compared.parts);
-  if (!parts.length) return saver.resolve(id, theirs.revision);
+  return { began, theirs, unsent, ignored, layers, parts, kept: null };
+}
+
+/** Fill the dialog. @param {Versions} versions @param {string} name of the pair
+ * @param {string} failure of the last save @param {ImageBitmap | null} picture */
+function show({ began, theirs, unsent, layers, parts }, name, failure, picture) {
   const who = theirs.annotator ?? "an import";
   const canvas = /** @type {HTMLCanvasElement} */ (document.getElementById("conflict-picture"));
   const list = /** @type {HTMLElement} */ (document.getElementById("conflict-parts"));
-  text("conflict-text", `${name}: you began from revision ${began}; ${who} has saved revision `
+  text("conflict-text", `${failure}${name}: you began from revision ${began}; ${who} has saved revision `
     + `${theirs.revision} since. Choose part by part whose version holds.`);
   text("conflict-who", who);
   const draw = () => {
@@ -45,9 +92,9 @@ export async function showConflict(id, name, saver, picture, reopen) {
   };
   canvas.onclick = (event) => {
     const box = canvas.getBoundingClientRect();
-    const x = Math.floor(((event.clientX - box.left) / box.width) * width);
-    const y = Math.floor(((event.clientY - box.top) / box.height) * height);
-    const part = layers.map((compared) => partAt(compared, y * width + x)).find(Boolean);
+    const x = Math.floor(((event.clientX - box.left) / box.width) * unsent.width);
+    const y = Math.floor(((event.clientY - box.top) / box.height) * unsent.height);
+    const part = layers.map((compared) => partAt(compared, y * unsent.width + x)).find(Boolean);
     if (part) part.mine = !part.mine;
     draw();
   };
@@ -58,33 +105,39 @@ export async function showConflict(id, name, saver, picture, reopen) {
     });
   }
   draw();
-  await decided();
-  // Mine goes on top of theirs, and the merged layers on top of both.
-  const kept = await api.putMask(id, theirs.revision, { mask: { width, height, counts }, ignore: encode(ignored),
-    active_seconds: Math.round(seconds * 10) / 10, tool_log: log });
-  const mine = parts.filter((part) => part.mine).length;
-  if (mine < parts.length) {
-    const [mask, ignore] = layers.map((compared) => encode(merge(compared)));
-    await api.putMask(id, kept.revision, { mask: { width, height, counts: mask }, ignore,
-      tool_log: [{ tool: "merge", with: theirs.revision, mine, parts: parts.length }] });
-  }
-  saver.resolve(id, null);
-  reopen(id);
 }
 
-/** Wait for "save"; Escape must not leave the question unanswered. @returns {Promise<void>} */
+/** Save mine on top of theirs, and the merged layers on top of both; what is saved already is not
+ * saved again. @param {number} id @param {Versions} versions */
+async function keep(id, versions) {
+  const { theirs, unsent, ignored, layers, parts } = versions;
+  const { width, height, counts, log, seconds } = unsent;
+  versions.kept ??= (await api.putMask(id, theirs.revision, { mask: { width, height, counts }, ignore: encode(ignored),
+    active_seconds: Math.round(seconds * 10) / 10, tool_log: log })).revision;
+  const mine = parts.filter((part) => part.mine).length;
+  if (mine === parts.length) return;
+  const [mask, ignore] = layers.map((compared) => encode(merge(compared)));
+  await api.putMask(id, versions.kept, { mask: { width, height, counts: mask }, ignore,
+    tool_log: [{ tool: "merge", with: theirs.revision, mine, parts: parts.length }] });
+}
+
+/** Wait for "save". The dialog stays until it is saved: nothing can be drawn meanwhile, and Escape
+ * must not leave the question unanswered. @returns {Promise<void>} */
 function decided() {
-  const dialog = /** @type {HTMLDialogElement} */ (document.getElementById("conflict"));
-  return new Promise((done) => {
-    let saved = false;
-    on("conflict-save", () => {
-      saved = true;
-      dialog.close();
-      done();
-    });
-    dialog.onclose = () => { if (!saved) dialog.showModal(); };
-    if (!dialog.open) dialog.showModal();
-  });
+  const element = dialog();
+  element.onclose = () => element.showModal();
+  if (!element.open) element.showModal();
+  return new Promise((done) => on("conflict-save", () => done()));
+}
+
+function dismiss() {
+  const element = dialog();
+  element.onclose = null;
+  element.close();
+}
+
+function dialog() {
+  return /** @type {HTMLDialogElement} */ (document.getElementById("conflict"));
 }
 
 /** @param {Part} part @param {number} place in the list @param {string} who @param {() => void} changed */
