@@ -293,7 +293,7 @@ def test_runs_are_listed_shown_compared_and_deleted(folder):
     call("run", "--name", "b", "--workers", "1", "--high", "0.5", "--set", "detect.middle=6")
     call("evaluate")
     listed = {row["run"]: row for row in json.loads(call("runs", "list", "--json").output)}
-    assert [listed["a"][key] for key in ("done", "failed")] == [3, 0]
+    assert [listed["a"][key] for key in ("done", "failed", "scored")] == [3, 0, 3]
     assert 0 <= listed["a"]["F with DoI"] <= 1
     shown = json.loads(call("runs", "show", "b", "--json").output)
     assert shown["settings"]["model_settings"]["detect"]["middle"] == 6

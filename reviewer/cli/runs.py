@@ -20,8 +20,8 @@ AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 
 @runs_app.command("list")
 def list_(as_json: AsJson = False, db: Database = DEFAULT_DB) -> None:
-    """List runs: members, pairs done and failed, mean F without and with DoI."""
-    from reviewer.evaluation.comparing import mean_scores
+    """List runs: members, pairs done, failed and scored, mean F without and with DoI."""
+    from reviewer.evaluation.comparing import mean_lines
     from reviewer.evaluation.counting import refresh_counts
     from reviewer.store.runs import list_runs, run_summary
 
@@ -30,7 +30,7 @@ def list_(as_json: AsJson = False, db: Database = DEFAULT_DB) -> None:
         rows: list[dict[str, Any]] = []
         for run in list_runs(store):
             stages = {stage.stage: stage for stage in run_summary(store, run.id)}
-            means = mean_scores(store, run.name)
+            means = mean_lines(store, run.name)
             rows.append(
                 {
                     "run": run.name,
@@ -39,8 +39,9 @@ def list_(as_json: AsJson = False, db: Database = DEFAULT_DB) -> None:
                     ),
                     "done": stages["integrate"].done,
                     "failed": sum(stage.failed for stage in stages.values()),
-                    "F without DoI": means.get("base"),
-                    "F with DoI": means.get("doi"),
+                    "scored": max((line.pairs for line in means.values()), default=0),
+                    "F without DoI": means["base"].f_score if "base" in means else None,
+                    "F with DoI": means["doi"].f_score if "doi" in means else None,
                     "made": run.created_at[:16].replace("T", " "),
                 }
             )

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from reviewer.errors import InvalidInput
 from reviewer.evaluation.predicting import Interval
-from reviewer.evaluation.protocols import paired_change
-from reviewer.evaluation.tables import MEAN, METHOD_TITLE, table_lines
+from reviewer.evaluation.protocols import Protocol, paired_change, protocol_lines
+from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line, table_lines
 from reviewer.records import Method
 from reviewer.store.database import Store
 from reviewer.store.runs import run_of_name
-from reviewer.store.scores import pair_f_scores, pair_scores, split_scores
+from reviewer.store.scores import PairScore, pair_f_scores, pair_scores, split_scores
 
 MOST_CHANGED = 10
 
@@ -33,10 +33,10 @@ class Comparison:
         return asdict(self)
 
 
-def mean_scores(store: Store, run: str) -> dict[Method, float]:
-    """Return the mean F over splits by method, of the counts that are up to date."""
+def mean_lines(store: Store, run: str) -> dict[Method, Line]:
+    """Return the mean over splits by method, of the counts that are up to date."""
     lines = table_lines(split_scores(store, run))
-    return {line.method: line.f_score for line in lines if line.split == MEAN}
+    return {line.method: line for line in lines if line.split == MEAN}
 
 
 def compare_runs(store: Store, first: str, second: str, method: str) -> Comparison:
@@ -56,14 +56,6 @@ def compare_runs(store: Store, first: str, second: str, method: str) -> Comparis
         for key in sorted({*flat[0], *flat[1]})
         if flat[0].get(key) != flat[1].get(key)
     ]
-    by_split = [
-        {
-            line.split: line.f_score
-            for line in table_lines(split_scores(store, name))
-            if line.method == known
-        }
-        for name in (first, second)
-    ]
     by_pair = [pair_f_scores(store, run.id, known) for run in runs]
     pairs = _rows("pair", by_pair[0], by_pair[1], first, second)
     pairs.sort(key=lambda row: -abs(row["change"]))
@@ -74,10 +66,31 @@ def compare_runs(store: Store, first: str, second: str, method: str) -> Comparis
     ]
     return Comparison(
         settings,
-        _rows("split", by_split[0], by_split[1], first, second),
+        _split_rows(scores[0], scores[1], first, second),
         changed[:MOST_CHANGED],
         paired_change(scores[0], scores[1]),
     )
+
+
+def _split_rows(
+    ours: Sequence[PairScore], theirs: Sequence[PairScore], first: str, second: str
+) -> list[dict[str, Any]]:
+    """Return a row a split and their mean, over the pairs that both have."""
+    both = {score.pair_id for score in ours} & {score.pair_id for score in theirs}
+    lines = [
+        protocol_lines([score for score in scores if score.pair_id in both], Protocol())
+        for scores in (ours, theirs)
+    ]
+    return [
+        {
+            "split": a.split,
+            "pairs": a.pairs,
+            first: a.f_score,
+            second: b.f_score,
+            "change": b.f_score - a.f_score,
+        }
+        for a, b in zip(*lines, strict=True)
+    ]
 
 
 def _rows(

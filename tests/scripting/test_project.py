@@ -13,6 +13,7 @@ import reviewer
 from reviewer.cli import app
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import NotFound
+from reviewer.evaluation.counting import refresh_counts
 from reviewer.masks import decode_rle
 from reviewer.store.regions import load_prediction, load_regions
 from reviewer.store.reviews import annotator_id
@@ -64,6 +65,14 @@ def test_what_is_not_there_is_named_and_nothing_can_be_written(db, run):
             project.query("DELETE FROM runs")
     with pytest.raises(NotFound, match="does not exist"):
         reviewer.open(db.path.with_name("none.db"))
+
+
+def test_the_pairs_that_a_run_does_worst_are_none_that_are_rightly_empty(db, run):
+    refresh_counts(db)
+    db.write(lambda sql: sql.execute("UPDATE runs SET name = 'first'"))
+    (query,) = [text for text in blocks("sql") if "order by f_score" in text]
+    rows = db.read().execute(query).fetchall()
+    assert [row["pair"] for row in rows] and "0002" not in {row["pair"] for row in rows}
 
 
 @pytest.fixture(scope="module")
