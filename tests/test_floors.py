@@ -38,6 +38,7 @@ GROUND = {
     "records",
     "errors",
     "texts",
+    "extras",
     "shipped",
     "__init__",
 }

@@ -94,6 +94,8 @@ def test_the_revision_of_the_status_bar_is_that_of_the_mask_that_is_shown(server
     expect(ada.locator("#notice")).to_contain_text("Somebody saved a newer mask")
     expect(facts).to_contain_text(f"revision {newest} ")
     ada_page.keyboard.press("0")
+    wait_title(ada, "cs1/0001")
+    ada_page.keyboard.press("ArrowLeft")
     expect(ada.locator("#state")).to_have_text("confirmed empty")
     expect(facts).to_contain_text(f"revision {newest + 1} ")
 
