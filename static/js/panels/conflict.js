@@ -48,7 +48,7 @@ async function settle(id, name, saver, picture, reopen) {
         return reopen(id);
       } catch (error) {
         const newer = error instanceof ApiError && error.status === 409;
-        failure = newer ? "" : `Not saved: ${/** @type {Error} */ (error).message} `;
+        failure = newer ? "" : `Not saved: ${/** @type {Error} */ (error).message}. `;
         if (newer) versions = await read(id, saver);
       }
     }
