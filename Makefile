@@ -34,6 +34,7 @@ demo: $(READY) ## Render the demo world, run the pipeline, open the app
 
 test: $(DEV) lint ## Run all checks and tests, browser tests included
 	$(BIN)/python tests/find_browser.py
+	$(NODE) --test tests/js/*.test.js
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(DEV) $(MODULES) ## Check style and types, of the Python and of the JavaScript

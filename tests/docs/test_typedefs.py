@@ -62,7 +62,7 @@ def test_the_module_of_the_wire_holds_both_sides_of_the_socket_and_bodies_withou
     written = writing.wire_module()
     assert "@typedef {Showing | Step | Changed | RunChosen | ThemeChosen} FromFrame" in written
     assert "@typedef {Ready | Open | Ahead | End | Filtered | Failed} ToFrame" in written
-    # FastAPI does not read this body itself, so it stands in the document without a name of its own.
+    # FastAPI does not read this body itself, so the document holds it without a name.
     assert "@typedef {{mask: RleMask, ignore?: string | null," in written
 
 
