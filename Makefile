@@ -34,6 +34,7 @@ demo: $(READY) ## Render the demo world, run the pipeline, open the app
 
 test: $(DEV) lint ## Run all checks and tests, browser tests included
 	$(BIN)/python tests/find_browser.py
+	$(NODE) --test tests/js/*.test.js
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(DEV) $(MODULES) ## Check style and types, of the Python and of the JavaScript
@@ -46,7 +47,7 @@ fmt: $(DEV) ## Put the code into its format
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-docs: $(DEV) ## Write the generated pages: docs/cli.md, docs/settings.md, db/README.md
+docs: $(DEV) ## Write what is made from the code: docs/cli.md, docs/settings.md, db/README.md, typedefs
 	$(BIN)/python docs/generate.py
 
 bench: $(DEV) ## Measure the limits; see benchmarks/

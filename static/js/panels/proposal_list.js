@@ -3,7 +3,7 @@
  * a verdict); and the scores. Draws from the state; what is clicked goes to the callbacks.
  * @typedef {import("../state.js").Region} Region
  * @typedef {import("../state.js").Proposal} Proposal
- * @typedef {{tp: number, fp: number, fn: number, precision: number, recall: number, f_score: number}} Score
+ * @typedef {import("../wire.js").ScoreInfo} Score
  */
 
 /** @type {Record<string, string>} */
