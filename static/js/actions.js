@@ -68,8 +68,8 @@ export function actionsOf(parts) {
   };
 
   const walk = (/** @type {number} */ by) => {
-    if (desk.pointing.found.length) desk.pointing.cycle(by);
-    else side.walk(by);
+    if (desk.pointing.found.length) return desk.pointing.cycle(by);
+    return side.walk(by);
   };
 
   return {

@@ -145,7 +145,9 @@ export class Side {
   }
 
   /** @param {number} by */
-  walk(by) {
+  async walk(by) {
+    // The key may come before the list does.
+    await this.loading;
     const { proposals, selected } = this.state;
     if (!proposals.length) return;
     const here = proposals.findIndex((proposal) => proposal.key === selected);

@@ -1,13 +1,17 @@
 """The API that scripts rely on."""
 
+import re
 import time
 
 import cv2
 import numpy as np
 import pytest
+from fastapi.routing import APIRoute
 
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.masks import decode_png, empty_rle, encode_png, encode_rle
+from reviewer.masks import decode_png, decode_rle, empty_rle, encode_png, encode_rle
+from reviewer.store.layers import load_objects
+from reviewer.store.regions import load_prediction
 
 JSON = {"Accept": "application/json"}
 HERE = {"Origin": "http://localhost:8000", "Host": "localhost:8000"}
@@ -66,19 +70,58 @@ def test_a_pair_without_a_run_has_its_images(client, tiny_split):
     assert detail["layers"] == ["reference", "live", "ground_truth"] and detail["run"] is None
 
 
-@pytest.mark.parametrize(
-    ("layer", "channels"),
-    [("reference", 3), ("warped", 3), ("live", 3), ("difference", 3), ("detector", 4),
-     ("objects_live", 4), ("objects_reference", 4), ("doi", 4), ("prediction", 4),
-     ("ground_truth", 4)],
-)  # fmt: skip
-def test_every_layer_is_a_picture_of_the_pairs_size(client, run, layer, channels):
-    assert picture(client, f"/api/pairs/1/layers/{layer}.png").shape == (120, 160, channels)
+def layer(client, name):
+    return picture(client, f"/api/pairs/1/layers/{name}.png")
 
 
-def test_the_prediction_layer_is_the_predicted_mask(client, run):
-    alpha = picture(client, "/api/pairs/1/layers/prediction.png")[..., 3] > 0
+@pytest.mark.parametrize("side", ["reference", "live"])
+def test_the_image_layers_are_the_files_pixels(client, run, tiny_split, side):
+    path = str(getattr(tiny_split[0], side).path)
+    assert (layer(client, side) == cv2.imread(path)).all()
+
+
+def test_the_warped_layer_shows_the_reference_where_the_live_image_sees_it(client, run):
+    warped, live = (layer(client, name).astype(int) for name in ("warped", "live"))
+    off = np.abs(warped - live).max(axis=2)
+    # The textures agree everywhere but at the square, which is only in the live image.
+    assert np.median(off[44:56, 54:71]) > 60 and np.median(off[70:110]) < 12
+    assert warped.shape == live.shape == (120, 160, 3)
+
+
+def test_the_difference_layer_is_bright_where_something_changed_and_dark_elsewhere(client, run):
+    heat = layer(client, "difference").sum(axis=2)
+    assert heat.shape == (120, 160)
+    assert heat[44:56, 54:71].min() > 3 * np.median(heat[70:110])
+
+
+@pytest.mark.parametrize("name", ["detector", "objects_live", "doi", "prediction"])
+def test_a_result_layer_covers_the_square_and_leaves_the_rest_clear(client, run, name):
+    alpha = layer(client, name)[..., 3]
+    assert alpha.shape == (120, 160)
+    assert (alpha[42:58, 52:73] > 0).mean() > 0.9
+    # A probability under one half is a tint under half the strongest, 200.
+    assert max(alpha[75:].max(), alpha[:25].max()) < 100
+
+
+def test_the_objects_layers_show_the_stored_objects_of_their_side(client, run, db):
+    for side in ("live", "reference"):
+        union = np.zeros((120, 160), bool)
+        for thing in load_objects(db, run.id, 1):
+            if thing.side == side:
+                union |= decode_rle(thing.mask)
+        assert ((layer(client, f"objects_{side}")[..., 3] > 0) == union).all()
+
+
+def test_the_prediction_layer_is_the_predicted_mask(client, run, db):
+    alpha = layer(client, "prediction")[..., 3] > 0
+    assert (alpha == decode_rle(load_prediction(db, run.id, 1, "doi"))).all()
     assert alpha[42:58, 52:73].all() and alpha.sum() < 800
+
+
+def test_the_ground_truth_layer_is_the_newest_mask(client, run):
+    assert ((layer(client, "ground_truth")[..., 3] > 0).nonzero()[0].size) == 20 * 25
+    put_png(client, 1, 1)
+    assert ((layer(client, "ground_truth")[..., 3] > 0) == some_mask()).all()
 
 
 def test_a_layer_that_is_not_there_is_told(client, tiny_split):
@@ -259,7 +302,36 @@ def test_bad_verdicts_are_refused(client, run):
     assert client.post("/api/regions/1/audit", json={"verdict": "perhaps"}).status_code == 422
 
 
-def test_the_interface_is_described(client):
+def endpoints(router):
+    """Every HTTP endpoint, those of included routers too."""
+    for route in router.routes:
+        if isinstance(route, APIRoute):
+            yield route
+        elif hasattr(route, "original_router"):
+            yield from endpoints(route.original_router)
+
+
+def test_the_interface_is_described_whole(client):
+    paths = client.get("/api/openapi.json").json()["paths"]
+    operations = {
+        (m.upper(), p): about for p, methods in paths.items() for m, about in methods.items()
+    }
+    pages = {"/", "/workbench", "/favicon.ico", "/sign-in", "/sign-out"}
+    served = [
+        (method, "/api" + route.path.removeprefix("/api"))
+        for route in endpoints(client.app)
+        if route.path not in pages
+        for method in route.methods
+    ]
+    assert sorted(served) == sorted(operations)
+    for (method, path), about in operations.items():
+        assert about.get("description"), f"{method} {path} does not say what it does"
+        named = {p["name"] for p in about.get("parameters", []) if p["in"] == "path"}
+        assert named == set(re.findall(r"{(\w+)}", path)), f"{method} {path}"
+        assert about["responses"], f"{method} {path}"
+
+
+def test_a_change_of_a_mask_is_described_with_both_of_its_bodies(client):
     paths = client.get("/api/openapi.json").json()["paths"]
     put = paths["/api/pairs/{pair_id}/mask"]["put"]
     assert set(put["requestBody"]["content"]) == {"image/png", "application/json"}

@@ -22,11 +22,18 @@ def test_a_click_gives_candidates_and_changes_nothing(client, db, run, segmenter
     reply = click(client)
     assert reply.status_code == 200, reply.text
     body = reply.json()
-    assert body["model"] == "fake" and body["predict_ms"] >= 0
+    assert body["model"] == "fake"
     best = decode_rle(read_rle(*SIZE, body["candidates"][0]["counts"]))
     assert best[50, 60] and best.sum() < 200
     assert body["candidates"][0]["score"] > body["candidates"][1]["score"]
     assert len(list_revisions(db, 1)) == before
+
+
+def test_an_answer_tells_the_segmenters_own_time(client, run, segmenter):
+    segmenter.go_on.clear()
+    threading.Timer(0.3, segmenter.go_on.set).start()
+    body = click(client).json()
+    assert body["predict_ms"] > 100 > body["embed_ms"]
 
 
 def test_clicks_box_and_previous_reach_the_segmenter(client, run, segmenter):

@@ -93,13 +93,18 @@ def server(tmp_path):
 
 @pytest.fixture
 def visit(browser, server):
-    """Sign a person in, in a browser of their own; return the page and its workbench frame."""
+    """Sign a person in, in a browser of their own; return the page and its workbench frame.
+
+    With `clock`, the test may let the browser's time jump.
+    """
     contexts = []
 
-    def open_for(name: str) -> tuple[Page, Frame]:
+    def open_for(name: str, clock: bool = False) -> tuple[Page, Frame]:
         context = browser.new_context(viewport={"width": 1500, "height": 900})
         contexts.append(context)
         page = context.new_page()
+        if clock:
+            context.clock.install()
         page.goto(f"{server.url}/sign-in#token={TOKEN}")
         page.fill("input[name=name]", name)
         page.click("text=Sign in")

@@ -3,7 +3,7 @@
 import pytest
 from people import draw
 from playwright.sync_api import expect
-from workbench import reload
+from workbench import reload, wait_title
 
 from reviewer.editing.commit import MaskEdit, change_state
 from reviewer.masks import empty_rle
@@ -15,12 +15,15 @@ EMPTY = empty_rle(120, 160)
 
 def test_the_desk_says_what_was_approved_and_who_changed_it_since(server, visit):
     change_state(server.store, 1, annotator_id(server.store, "Bob"), "approved", 1)
-    _, frame = visit("Ada")
+    page, frame = visit("Ada")
     expect(frame.locator("#standing")).to_have_text("approved r1 by Bob")
     draw(server.store, 1, "Cy", MaskEdit(EMPTY, 1), "in_progress")
     reload(frame)
     expect(frame.locator("#standing")).to_have_text("approved r1 by Bob; changed since by Cy")
     frame.click("button[data-action=approve]")
+    wait_title(frame, "cs1/0001")
+    page.keyboard.press("ArrowLeft")
+    wait_title(frame, "cs1/0000")
     expect(frame.locator("#standing")).to_have_text("approved r2 by Ada")
 
 

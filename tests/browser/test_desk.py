@@ -162,9 +162,13 @@ def test_undo_of_another_persons_mask_is_not_offered(server, visit):
     wait_saved(bob, 3)
     reload(ada)
     expect(ada.locator("#facts")).to_contain_text("revision 3")
+    before = mask_now(server)
     ada_page.keyboard.press("Control+z")
-    ada_page.wait_for_timeout(300)
-    assert newest_revision(server.store, 1).number == 3
+    on_live(ada, ada_page, [(20, 105), (60, 105)])
+    wait_saved(ada, 4)
+    # Only the stroke after the undo was saved, and it took nothing of Bob's away.
+    assert [action["tool"] for action in log_of(server, 4)] == ["brush"]
+    assert mask_now(server)[before].all()
 
 
 def test_proposals_of_every_source_are_walked_and_applied(server, desk):
@@ -384,8 +388,14 @@ def test_two_fingers_zoom_and_draw_nothing(server, desk):
     touch(session, "touchEnd", [])
     after = int(re.search(r"(\d+) %", where.inner_text())[1])
     assert after > 2 * before
-    page.wait_for_timeout(200)
-    assert newest_revision(server.store, 1).number == 1
+    drawn_since = mask_now(server)
+    page.keyboard.press("f")
+    on_live(frame, page, [(20, 90), (60, 90)])
+    wait_saved(frame, 2)
+    # The stroke is all that was drawn since the fingers left.
+    assert [action["tool"] for action in log_of(server, 2)] == ["brush"]
+    fresh = mask_now(server) & ~drawn_since
+    assert fresh[90, 40] and not fresh[:75].any()
 
 
 def test_a_finger_draws_until_a_pen_was_seen(server, desk):
@@ -400,24 +410,30 @@ def test_a_finger_draws_until_a_pen_was_seen(server, desk):
         event = {"type": kind, "x": x + dx, "y": y - 60, "button": "left", "buttons": 1}
         session.send("Input.dispatchMouseEvent", {**event, "clickCount": 1, "pointerType": "pen"})
     wait_saved(frame, 3)
-    touch(session, "touchStart", [(x, y + 20)])
-    touch(session, "touchMove", [(x + 30, y + 20)])
+    x, y = live_place(frame, (30, 110))
+    touch(session, "touchStart", [(x, y)])
+    touch(session, "touchMove", [(x + 30, y)])
     touch(session, "touchEnd", [])
-    page.wait_for_timeout(300)
-    assert newest_revision(server.store, 1).number == 3
+    on_live(frame, page, [(100, 20), (120, 20)])
+    wait_saved(frame, 4)
+    # The finger's line would have come before the mouse's, as revision 4 or within it.
+    assert len(log_of(server, 4)) == 1 and not mask_now(server)[103:].any()
 
 
-def test_looking_takes_time_too_and_idling_does_not(server, desk):
-    page, frame = desk
+def test_looking_takes_time_too_and_idling_does_not(server, visit):
+    page, frame = visit("Ada", clock=True)
+    wait_title(frame, "cs1/0000")
     for _ in range(5):
         page.mouse.move(*live_place(frame, (30, 90)))
         page.wait_for_timeout(150)
         page.mouse.move(*live_place(frame, (90, 30)))
         page.wait_for_timeout(150)
+    idle_seconds = 600
+    page.clock.fast_forward(1000 * idle_seconds)
     page.keyboard.press("Enter")
     wait_title(frame, "cs1/0001")
     row = server.store.read().execute("SELECT * FROM pair_effort").fetchone()
-    assert row["annotator"] == "Ada" and 0.5 < row["active_seconds"] < 30
+    assert row["annotator"] == "Ada" and 5 < row["active_seconds"] < 30
 
 
 def test_patches_flip_back_and_forth(desk):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 from viser import transforms
-from workbench import on_live, wait_saved, wait_title, workbench_of
+from workbench import on_live, wait_proposals, wait_saved, wait_title, workbench_of
 
 from reviewer.export.png import export_png
 from reviewer.export.selection import Selection, select_labelled
@@ -80,6 +80,7 @@ def test_a_flipped_decision_moves_the_prediction(server, visit):
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
     frame.locator(".pane canvas").first.hover()
+    wait_proposals(frame)
     page.keyboard.press("Tab")
     frame.wait_for_selector('.region[aria-selected="true"]')
     assert frame.locator(".region .choice").inner_text() == "adopt"
@@ -94,11 +95,22 @@ def test_a_flipped_decision_moves_the_prediction(server, visit):
     )
 
 
+def test_the_key_for_the_first_proposal_waits_for_a_list_that_is_on_its_way(visit):
+    page, frame = visit("Ada")
+    wait_title(frame, "cs1/0000")
+    page.route("**/proposals*", lambda route: (page.wait_for_timeout(700), route.continue_()))
+    page.keyboard.press("ArrowRight")
+    wait_title(frame, "cs1/0001")
+    page.keyboard.press("Tab")
+    frame.wait_for_selector('#proposal-list li[aria-selected="true"]')
+
+
 def test_a_region_is_put_into_the_mask_with_one_key(server, visit):
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
     on_live(frame, page, [(20, 90), (60, 90)])
     wait_saved(frame, 2)
+    wait_proposals(frame)
     page.keyboard.press("Tab")
     page.keyboard.press("d")
     wait_saved(frame, 3)

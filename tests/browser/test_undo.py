@@ -2,7 +2,7 @@
 
 import pytest
 from playwright.sync_api import expect
-from workbench import on_live, reload, wait_saved, wait_title
+from workbench import on_live, reload, wait_proposals, wait_saved, wait_title
 
 from reviewer.masks import decode_rle
 from reviewer.store.regions import load_prediction, load_regions
@@ -29,6 +29,7 @@ def verdicts(server, *pairs):
 
 
 def choose_region(page, frame):
+    wait_proposals(frame)
     page.keyboard.press("Tab")
     frame.wait_for_selector('.region[aria-selected="true"]')
 

@@ -4,7 +4,7 @@ import re
 
 import pytest
 from playwright.sync_api import expect
-from workbench import live_place, on_live, reload, wait_saved, wait_title
+from workbench import live_place, on_live, reload, wait_proposals, wait_saved, wait_title
 
 from reviewer.store.revisions import list_revisions
 
@@ -57,7 +57,9 @@ def test_the_zoom_of_the_status_bar_is_the_zoom_that_is_drawn(desk):
     assert agrees() > whole
     page.keyboard.press("f")
     assert agrees() == pytest.approx(whole)
+    wait_proposals(frame)
     page.keyboard.press("Tab")
+    frame.wait_for_selector('#proposal-list li[aria-selected="true"]')
     assert agrees() > whole
     page.keyboard.press("g")
     agrees()

@@ -23,6 +23,10 @@ def wait_saved(frame, revision):
     expect(frame.locator("#save")).to_have_attribute("data-status", "saved")
 
 
+def wait_proposals(frame):
+    expect(frame.locator("#proposal-list li")).not_to_have_count(0)
+
+
 def live_place(frame, point, pane=1):
     """Where an image point lies on the page, in the live pane (the second) while all is fitted."""
     box = frame.locator(".pane canvas").nth(pane).bounding_box()

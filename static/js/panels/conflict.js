@@ -112,12 +112,12 @@ function show({ began, theirs, unsent, layers, parts }, name, failure, picture) 
 async function keep(id, versions) {
   const { theirs, unsent, ignored, layers, parts } = versions;
   const { width, height, counts, log, seconds } = unsent;
-  versions.kept ??= (await api.putMask(id, theirs.revision, { mask: { width, height, counts }, ignore: encode(ignored),
-    active_seconds: Math.round(seconds * 10) / 10, tool_log: log })).revision;
+  const kept = (versions.kept ??= (await api.putMask(id, theirs.revision, { mask: { width, height, counts }, ignore: encode(ignored),
+    active_seconds: Math.round(seconds * 10) / 10, tool_log: log })).revision);
   const mine = parts.filter((part) => part.mine).length;
   if (mine === parts.length) return;
   const [mask, ignore] = layers.map((compared) => encode(merge(compared)));
-  await api.putMask(id, versions.kept, { mask: { width, height, counts: mask }, ignore,
+  await api.putMask(id, kept, { mask: { width, height, counts: mask }, ignore,
     tool_log: [{ tool: "merge", with: theirs.revision, mine, parts: parts.length }] });
 }
 
