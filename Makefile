@@ -46,7 +46,7 @@ fmt: $(DEV) ## Put the code into its format
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-docs: $(DEV) ## Write the generated pages: docs/cli.md, docs/settings.md, db/README.md
+docs: $(DEV) ## Write the generated pages: docs/{api,cli,settings}.md, db/README.md
 	$(BIN)/python docs/generate.py
 
 bench: $(DEV) ## Measure the limits; see benchmarks/
