@@ -47,7 +47,7 @@ fmt: $(DEV) ## Put the code into its format
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-docs: $(DEV) ## Write what is made from the code: docs/cli.md, docs/settings.md, db/README.md, typedefs
+docs: $(DEV) ## Write what is made from the code: docs/{api,cli,settings}.md, db/README.md, typedefs
 	$(BIN)/python docs/generate.py
 
 bench: $(DEV) ## Measure the limits; see benchmarks/

@@ -1,5 +1,5 @@
-"""Write what is made from the code: docs/cli.md, docs/settings.md, db/README.md, and the typedefs
-of the scripts, static/js/wire.js and static/js/page.js.
+"""Write what is made from the code: docs/api.md, docs/cli.md, docs/settings.md, db/README.md, and
+the typedefs of the scripts, static/js/wire.js and static/js/page.js.
 
 `python docs/generate.py --check` writes nothing and fails when one is out of date.
 """
@@ -56,6 +56,19 @@ def settings_page() -> str:
     return "\n".join(parts)
 
 
+def api_page() -> str:
+    """Return the page of the HTTP API, the one that a server shows at /api/docs."""
+    from fastapi import FastAPI
+
+    from reviewer.app.api import build_api
+    from reviewer.app.api_page import write_api_page
+
+    app = FastAPI()
+    # No endpoint is called: only the description of each is read.
+    app.include_router(build_api(None, None))  # type: ignore[arg-type]
+    return write_api_page(app.openapi())
+
+
 def _table(settings: list[Any]) -> list[str]:
     if not settings:
         return ["Nothing can be set.", ""]
@@ -82,6 +95,7 @@ def main() -> None:
     from reviewer.store.describe import describe_schema
 
     pages = {
+        ROOT / "docs" / "api.md": api_page(),
         ROOT / "docs" / "cli.md": cli_page(),
         ROOT / "docs" / "settings.md": settings_page(),
         ROOT / "db" / "README.md": describe_schema() + "\n",

@@ -10,7 +10,7 @@ from typing import Any
 
 from fastapi import FastAPI, Request, WebSocket
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import FileResponse, Response
+from fastapi.responses import FileResponse, HTMLResponse, Response
 from fastapi.staticfiles import StaticFiles
 from pydantic import TypeAdapter, ValidationError
 from starlette.datastructures import MutableHeaders
@@ -23,6 +23,7 @@ from reviewer import __version__
 from reviewer.app import frame_messages as frame
 from reviewer.app.access import Access, Guard, problem
 from reviewer.app.api import build_api
+from reviewer.app.api_page import render_api_page
 from reviewer.app.attempts import Attempts
 from reviewer.app.desks import Desk, Desks
 from reviewer.app.proxy import ViserProxy
@@ -84,6 +85,10 @@ def build_gateway(
     @app.get("/workbench", include_in_schema=False)
     def workbench() -> Response:
         return FileResponse(static / "workbench.html", headers={"Cache-Control": "no-store"})
+
+    @app.get("/api/docs", include_in_schema=False)
+    def api_docs() -> Response:
+        return HTMLResponse(render_api_page(app.openapi(), static / "api-docs.html"))
 
     @app.get("/favicon.ico", include_in_schema=False)
     def favicon() -> FileResponse:
