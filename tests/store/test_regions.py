@@ -18,7 +18,7 @@ def test_a_region_is_read_as_it_was_written(db, run, tiny_split):
     save_results(db, run.id, pair.id, [StageResult("integrate", "made up", 0.0, integration)])
     found = load_regions(db, run.id, pair.id)
     assert tuple(each.region for each in found) == MADE
-    assert [each.region.inspect for each in found] == [False, True]
+    assert found[0].region.inspect is False and found[1].region.inspect is True
     assert [(each.number, each.verdict, each.comment) for each in found] == [
         (0, None, ""),
         (1, None, ""),
