@@ -17,23 +17,30 @@ PLAIN = {"integer": "number"} | {name: name for name in ("number", "string", "bo
 
 def wire_module() -> str:
     """Return typedefs of all that the server and a workbench say to each other."""
-    from fastapi import FastAPI
     from pydantic import TypeAdapter
 
     from reviewer.app import frame_messages as frame
-    from reviewer.app.api import build_api
 
-    app = FastAPI()
-    # No endpoint is called: only what they say of themselves is read.
-    app.include_router(build_api(None, None))  # type: ignore[arg-type]
     unions = {"FromFrame": frame.FromFrame, "ToFrame": frame.ToFrame}
     schemas = {name: TypeAdapter(union).json_schema() for name, union in unions.items()}
-    written = typedefs([app.openapi(), *schemas.values()])
+    written = typedefs([openapi(), *schemas.values()])
     written += [_typedef(jsdoc_type(schema), name, "") for name, schema in schemas.items()]
     return _module(
         "What the server and a workbench say to each other, over HTTP and over the desk's socket.",
         written,
     )
+
+
+def openapi() -> dict[str, Any]:
+    """Return the document at /api/openapi.json."""
+    from fastapi import FastAPI
+
+    from reviewer.app.api import build_api
+
+    app = FastAPI()
+    # No endpoint is called: only what they say of themselves is read.
+    app.include_router(build_api(None, None))  # type: ignore[arg-type]
+    return app.openapi()
 
 
 def page_module(page: Path) -> str:

@@ -1,7 +1,7 @@
 /**
  * Talk to the gateway: JSON over HTTP, and the desk's WebSocket. Knows URLs and errors, no state.
- * @import {ClickReply, Committed, DoubtfulRegionInfo, EdgePath, FromFrame, JudgedPair, LivePoint, MaskReply,
- *   Me, PairDetail, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateReply, ToFrame} from "./wire.js"
+ * @import {ClickReply, Committed, DoubtfulRegionInfo, EdgePath, FromFrame, JudgedPair, LivePoint,
+ *   MaskChange, MaskReply, Me, PairDetail, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateReply, ToFrame} from "./wire.js"
  */
 
 /** An answer that is not 2xx: `status` and the problem's text. */
@@ -45,7 +45,8 @@ export const api = {
   pair: (id, run) => call(`/api/pairs/${id}${run ? `?run=${encodeURIComponent(run)}` : ""}`),
   /** @param {number} id @returns {Promise<MaskReply>} */
   mask: (id) => call(`/api/pairs/${id}/mask`, { headers: { Accept: "application/json" } }),
-  /** @param {number} id @param {number} revision @param {object} change @returns {Promise<Committed>} */
+  /** @param {number} id @param {number} revision @param {MaskChange} change
+   * @returns {Promise<Committed>} */
   putMask: (id, revision, change) =>
     call(`/api/pairs/${id}/mask`, send("PUT", change, { "If-Match": `"${revision}"` })),
   /** @param {number} id @param {string} state @param {number | null} revision that was looked at

@@ -152,7 +152,8 @@
  * A region under DoI: the terms of the equation, the decision, the newest verdict; and F of the
  * pair by what becomes of this region, where there is ground truth (null: rightly empty).
  * @typedef {{id: number, number: number, label: string, overlap_px: number, f_b: number, iou: number,
- *   doi: number, choice: "adopt" | "keep" | "reject", inspect: boolean, reason: string,
+ *   doi: number, choice: "adopt" | "keep" | "reject", inspect: boolean,
+ *   reason: "between_thresholds" | "seen_in_reference" | "agrees" | "too_ill_posed" | "no_detection" | "no_object" | "outside_warp" | "better_object",
  *   box_xyxy: [number, number, number, number] | null, has_object: boolean,
  *   f_if: Record<string, number | null>, verdict: "agree" | "adopt" | "keep" | "reject" | null,
  *   audited_by: string | null, verdict_reason: string, comment: string}} RegionInfo

@@ -1,6 +1,7 @@
 """Typedefs of the scripts: what a JSON schema means in JSDoc, and what a page names."""
 
 import importlib.util
+import re
 from pathlib import Path
 
 import pytest
@@ -70,3 +71,28 @@ def test_the_page_s_elements_are_listed_with_their_tags(writing, tmp_path):
     page = tmp_path / "page.html"
     page.write_text('<p id="note">a</p><br><input id="size" type="range"><p>b</p>')
     assert '@typedef {{"note": "p", "size": "input"}} PageTags' in writing.page_module(page)
+
+
+CALL = re.compile(
+    r"@returns \{Promise<(?P<type>[^>]+)>\} \*/\n  (?P<name>\w+): "
+    r"(?P<work>(?:(?!\n  (?:\w+:|/\*\*)).)*)",
+    re.DOTALL,
+)
+
+
+def test_every_call_of_the_workbench_is_typed_as_its_endpoint_answers(writing):
+    answers = {}
+    for path, methods in writing.openapi()["paths"].items():
+        for method, about in methods.items():
+            schema = about["responses"]["200"]["content"].get("application/json", {}).get("schema")
+            where = f"{method.upper()} {re.sub(r'{.*?}', '{}', path)}"
+            answers[where] = writing.jsdoc_type(schema) if schema else None
+    script = (DOCS.parent / "static" / "js" / "api.js").read_text()
+    calls = list(CALL.finditer(script))
+    assert len(calls) == len(re.findall(r"\bcall\([`\"]/api", script)) > 15
+    for call in calls:
+        [path] = re.findall(r"\bcall\([`\"](/api/[^?`\"]+)", call["work"])
+        # A question that may be left out stands behind the place.
+        place = re.sub(r"\$\{[\w.]+\}", "{}", path).partition("${")[0]
+        method = (re.findall(r'send\("(\w+)"', call["work"]) or ["GET"])[0]
+        assert call["type"] == answers[f"{method} {place}"], call["name"]
