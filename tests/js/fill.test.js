@@ -51,9 +51,11 @@ test("a flood stops where the colour is another one than at the click", () => {
 });
 
 test("a flood does not pass corners, or the image's edge into the next row", () => {
-  const mask = emptyMask(3, 2);
-  floodFill(mask, grey("991", "199"), { x: 2.5, y: 0.5 }, 5, 1);
-  assert.deepEqual(rows(mask), ["..#", "..."]);
+  for (const [at, filled] of [[{ x: 2.5, y: 0.5 }, ["..#", "..."]], [{ x: 0.5, y: 1.5 }, ["...", "#.."]]]) {
+    const mask = emptyMask(3, 2);
+    floodFill(mask, grey("991", "199"), at, 5, 1);
+    assert.deepEqual(rows(mask), filled);
+  }
 });
 
 test("a flood beside the image does nothing, and one without limits fills all", () => {
