@@ -263,6 +263,7 @@ class _Pair:
     def touched_by(self, index: int) -> tuple[int, ...]:
         """Indices of the components that share a pixel with a live object, ascending."""
         crop = self.objects[index]
+        # Counting by label costs one pass over the object's box, whatever the number of components.
         present = np.bincount(crop.window(self.labels)[crop.pixels], minlength=1)
         return tuple(int(n) - 1 for n in np.flatnonzero(present) if n > 0)
 
@@ -337,6 +338,8 @@ def _judge_objects(pair: _Pair) -> list[Region]:
 
 
 def _best_of_each_component(regions: list[Region]) -> list[Region]:
+    # The best fitting object takes its components first. One that comes later and needs any of them
+    # is not adopted at all, so that no component is replaced twice.
     taken: set[int] = set()
     result = list(regions)
     for i in sorted(range(len(regions)), key=lambda i: (-regions[i].iou, i)):
@@ -362,6 +365,7 @@ def _compose(pair: _Pair, regions: Sequence[Region], verdicts: Mapping[int, Choi
             part.window(mask)[part.pixels] = False
         if choice == "adopt":
             adopted += [pair.objects[i] for i in region.object_indices]
+    # Objects are laid on last: one may lie over a component that another region took away.
     for crop in adopted:
         crop.window(mask)[...] |= crop.pixels
     return mask

@@ -299,6 +299,8 @@ def components(mask: Mask) -> tuple[npt.NDArray[np.int32], list[Crop]]:
     if count < 2:
         return labels, crops
     contours, tree = cv2.findContours(pixels, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    # In CCOMP a contour without a parent is an outer one; each component has exactly one, and the
+    # label under any of its points says which component it is.
     outer = [contour for contour, node in zip(contours, tree[0], strict=True) if node[3] < 0]
     boxes = {int(labels[c[0, 0, 1], c[0, 0, 0]]): cv2.boundingRect(c) for c in outer}
     for number in range(1, count):

@@ -170,7 +170,14 @@ class WhatIf:
         return self._settle(self._objects.adoptable(rules) & self._in_play, rules)
 
     def _settle(self, adoptable: Bools, rules: Sequence[Rule]) -> Bools:
-        """Of several objects on one component adopt the best fitting, where a rule says so."""
+        """Of several objects on one component adopt the best fitting, where a rule says so.
+
+        Must decide as `doi._best_of_each_component` does: greedily, by IoU and then by number.
+        """
+        # Whether an object is adopted depends on those before it, so objects are taken in turn;
+        # all rules are answered at once in each turn. Only contested objects need a turn: one that
+        # shares no component with another takes nothing from anybody. An object that a rule does
+        # not adopt takes nothing either, so another rule's loser may win here.
         best = np.array([rule.overlaps == "best" for rule in rules])
         adopted = adoptable.copy()
         taken = np.zeros((len(rules), len(self._parts.pair)), np.bool_)

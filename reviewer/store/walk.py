@@ -69,6 +69,12 @@ def list_doubtful(
         if opinion == "first"
         else f"{judged.format('<>')} AND NOT {judged.format('=')}"
     )
+    # Three decisions make this query what it is. `opinions` holds each person's newest verdict that
+    # stands, so a verdict that was taken back leaves its region waiting again. Outcomes are joined
+    # by the revision that counts now (in WRONG): after a new revision, old counts give NULL, which
+    # `loss` sorts last, never a stale number. An imported mask has no annotator, so only masks that
+    # a person drew oppose a decision in "disagreement". The id at the end makes the order total:
+    # without it, equal regions could change places from one request to the next.
     rows = store.read().execute(
         f"""
         WITH waiting AS (
