@@ -34,7 +34,7 @@ from reviewer.store.results import Content, Stage, StageResult
 
 @dataclass(slots=True)
 class Known:
-    """What is known of a pair; None = not yet."""
+    """The results of a pair so far; None = not yet."""
 
     alignment: StoredAlignment | None = None
     detection: StoredDetection | None = None
@@ -53,7 +53,7 @@ class PairTask:
 
 @dataclass(slots=True)
 class PairOutcome:
-    """What was done for a pair, and the stage that could not be done with the reason."""
+    """What was done for a pair, and the stage that failed with the reason."""
 
     pair: Pair
     results: list[StageResult] = field(default_factory=list)
@@ -168,7 +168,7 @@ class Bench:
 
     def _search(self) -> Sequence[ObjectInstance]:
         if self._members.segmenter is None:
-            # Imported objects are there already; a pair without any has been searched in vain.
+            # Imported objects are there already; where there are none, none were found.
             self._known.objects = self._known.objects or []
             return self._known.objects
         warped, valid = self._warp
