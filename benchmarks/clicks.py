@@ -32,11 +32,12 @@ DEMO = Path(__file__).resolve().parent.parent / "demo-data/world-7-4/reviewer.db
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One object from one start: clicks to each goal, boundary F, seconds of each click."""
+    """One object from one start: clicks to each goal, IoU after the first, boundary F, seconds."""
 
     size: str
     start: str
     clicks: tuple[int, ...]
+    first_iou: float
     boundary: tuple[float, ...]
     seconds: tuple[float, ...]
 
@@ -74,7 +75,7 @@ def try_object(
     needed = tuple(next((k for k, iou in enumerate(ious) if iou >= g), MOST) for g in GOALS)
     boundary = tuple(boundary_f(mask, thing, tolerance) for tolerance in TOLERANCES)
     size = size_of(int(np.count_nonzero(thing)))
-    return Trial(size, start, needed, boundary, tuple(seconds))
+    return Trial(size, start, needed, ious[min(1, len(ious) - 1)], boundary, tuple(seconds))
 
 
 def run_trials(segmenter: ClickSegmenter, db: Path, every: int) -> list[Trial]:

@@ -1,7 +1,7 @@
-"""Write the pages that are made from the code: docs/api.md, docs/cli.md, docs/settings.md and
-db/README.md.
+"""Write what is made from the code: docs/api.md, docs/cli.md, docs/settings.md, db/README.md, and
+the typedefs of the scripts, static/js/wire.js and static/js/page.js.
 
-`python docs/generate.py --check` writes nothing and fails when a page is out of date.
+`python docs/generate.py --check` writes nothing and fails when one is out of date.
 """
 
 import os
@@ -9,6 +9,8 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+from typedefs import page_module, wire_module
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -97,6 +99,8 @@ def main() -> None:
         ROOT / "docs" / "cli.md": cli_page(),
         ROOT / "docs" / "settings.md": settings_page(),
         ROOT / "db" / "README.md": describe_schema() + "\n",
+        ROOT / "static" / "js" / "wire.js": wire_module(),
+        ROOT / "static" / "js" / "page.js": page_module(ROOT / "static" / "workbench.html"),
     }
     for path, text in pages.items():
         if "--check" not in sys.argv:

@@ -1,8 +1,10 @@
 """The house's statics: imports go downwards, files stay small, the command line stays light."""
 
 import ast
+import re
 import subprocess
 import sys
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -57,6 +59,56 @@ ORDER_ON_FLOOR_2 = [
     "scripting",
 ]
 
+# The workbench, floor by floor, the lowest first: a module, or a folder of them. A script imports
+# from its own floor and from lower ones.
+SCRIPTS = ROOT / "static" / "js"
+SCRIPT_IMPORT = re.compile(
+    r'^(?:import|export)\s(?:[\w*{},\s$]*\sfrom\s)?"(\.[^"]+)"', re.MULTILINE
+)
+SCRIPT_FLOORS = {
+    "pure": [
+        "activity",
+        "cleanup",
+        "fill",
+        "geometry",
+        "history",
+        "keys",
+        "merging",
+        "page",
+        "proposals",
+        "raster",
+        "rle",
+        "rle_cache",
+        "tools/",
+        "truth",
+        "wire",
+    ],
+    "state": [
+        "api",
+        "audit_walk",
+        "desk",
+        "journal",
+        "questions",
+        "saver",
+        "state",
+        "verdicts",
+    ],
+    "view": [
+        "chrome",
+        "controls",
+        "layers",
+        "maskview",
+        "panes",
+        "pointer",
+        "shell/",
+        "standing",
+        "surroundings",
+        "view",
+    ],
+    "panels": ["actions", "modes", "panels/", "side", "taking"],
+    "main": ["main"],
+}
+
 
 def room(module: str) -> str:
     """The first name below `reviewer`: reviewer.store.masks -> store."""
@@ -94,6 +146,74 @@ def test_a_module_imports_only_from_lower_floors_or_its_own_package(path):
             and ORDER_ON_FLOOR_2.index(target) < ORDER_ON_FLOOR_2.index(own)
         )
         assert there < here or sideways, f"{path}: {own} must not import {target}"
+
+
+def package_imports() -> dict[str, set[str]]:
+    """Which module imports which, inside functions and for types too."""
+    names = {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+        for path in modules()
+    }
+    found: dict[str, set[str]] = {}
+    for name, path in names.items():
+        targets = set()
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Import):
+                targets |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                inner = {f"{node.module}.{alias.name}" for alias in node.names}
+                targets |= (inner & set(names)) or {str(node.module)}
+        found[name] = targets & set(names) - {name}
+    return found
+
+
+def script_imports() -> dict[str, set[str]]:
+    """Which script imports which; types in comments do not count."""
+    found = {}
+    for path in sorted(SCRIPTS.rglob("*.js")):
+        targets = SCRIPT_IMPORT.findall(path.read_text())
+        found[script_name(path)] = {
+            script_name((path.parent / target).resolve()) for target in targets
+        }
+    return found
+
+
+def script_name(path: Path) -> str:
+    return path.relative_to(SCRIPTS).with_suffix("").as_posix()
+
+
+def script_floor(name: str) -> int:
+    # A module that has a floor of its own does not stand on that of its folder.
+    for entry in (name, f"{name.rpartition('/')[0]}/"):
+        for number, names in enumerate(SCRIPT_FLOORS.values()):
+            if entry in names:
+                return number
+    raise AssertionError(f"static/js/{name}.js: give it a floor in SCRIPT_FLOORS")
+
+
+@pytest.mark.parametrize("graph", [package_imports, script_imports])
+def test_no_import_leads_back_to_where_it_began(graph):
+    imports = graph()
+    assert len(imports) > 40
+    try:
+        TopologicalSorter(imports).prepare()
+    except CycleError as error:
+        pytest.fail(f"these import one another: {' <- '.join(error.args[1])}")
+
+
+def test_a_script_imports_only_from_its_own_floor_and_lower_ones():
+    for name, targets in script_imports().items():
+        here = script_floor(name)
+        for target in targets:
+            assert script_floor(target) <= here, f"{name} must not import {target}"
+
+
+def test_the_floors_of_the_scripts_name_what_there_is():
+    there = {script_name(path) for path in SCRIPTS.rglob("*.js")}
+    there |= {f"{path.name}/" for path in SCRIPTS.iterdir() if path.is_dir()}
+    named = [name for names in SCRIPT_FLOORS.values() for name in names]
+    assert set(named) <= there
+    assert len(named) == len(set(named))
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from typing import Any
 
 from reviewer import __version__
 from reviewer.app.details import choose_run
-from reviewer.app.frame_messages import Joining
+from reviewer.app.frame_messages import Filtered, Joining, Ready, ToFrame
 from reviewer.records import Run, TeamState
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_splits, pair_ids, pair_of_id
@@ -27,7 +27,7 @@ from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.runs import list_runs
 from reviewer.store.skips import PairState
 
-Send = Callable[[dict[str, Any]], None]
+Send = Callable[[ToFrame], None]
 EVERYTHING = 100_000
 LOADED_AHEAD = 2
 
@@ -100,8 +100,16 @@ class Desk:
             self.renew()
             if self.pair_id is None and self.ids:
                 self.pair_id = self.ids[0]
-            ready = {"annotator": annotator, "run": self.run, "pair": self.pair_id, "fresh": fresh}
-        send({"type": "ready", "version": __version__, "store": self.store.identity, **ready})
+            ready = Ready(
+                type="ready",
+                version=__version__,
+                store=self.store.identity,
+                annotator=annotator,
+                run=self.run,
+                pair=self.pair_id,
+                fresh=fresh,
+            )
+        send(ready)
         self.redraw("unlock" if first else "queue")
 
     def _take_up(self, left: Joining, fresh: bool) -> None:
@@ -189,13 +197,10 @@ class Desk:
             for name, value in changes.items():
                 setattr(self, name, value)
             self.renew()
-            filters = {
-                "split": self.split,
-                "state": self.state,
-                "team": self.team,
-                "order": self.order,
-            }
-        self.send({"type": "queue", **filters})
+            filtered = Filtered(
+                type="queue", split=self.split, state=self.state, team=self.team, order=self.order
+            )
+        self.send(filtered)
         if "run" in changes:
             self.send({"type": "open", "pair": self.pair_id, "run": self.run})
         self.redraw("queue")

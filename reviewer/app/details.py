@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 from reviewer.app.messages import (
     AlignmentInfo,
     LabelInfo,
@@ -144,27 +146,16 @@ def _f_if(
 
 
 def region_info(stored: StoredRegion, f_if: dict[str, float | None]) -> RegionInfo:
-    """Return a region as the API shows it."""
+    """Return a region as the API shows it: what it is, and the newest verdict on it."""
     region = stored.region
-    return RegionInfo(
-        id=stored.id,
-        number=stored.number,
-        label=stored.labels,
-        overlap_px=region.overlap_px,
-        f_b=region.f_b,
-        iou=region.iou,
-        doi=region.doi,
-        choice=region.choice,
-        inspect=region.inspect,
-        reason=region.reason,
-        box_xyxy=region.box_xyxy,
-        has_object=bool(region.object_indices),
-        f_if=f_if,
-        verdict=stored.verdict,
-        audited_by=stored.audited_by,
-        verdict_reason=stored.verdict_reason,
-        comment=stored.comment,
-    )
+    known = {
+        **asdict(region),
+        **asdict(stored),
+        "label": stored.labels,
+        "has_object": bool(region.object_indices),
+        "f_if": f_if,
+    }
+    return RegionInfo(**{name: known[name] for name in RegionInfo.model_fields})
 
 
 def score_info(counts: Counts) -> ScoreInfo:

@@ -1,4 +1,8 @@
-"""What a workbench frame says: when it joins its desk, and over the desk's socket afterwards."""
+"""What a workbench frame and its desk say: when the frame joins, and over the socket afterwards.
+
+What comes from a frame is checked (Pydantic models); what goes to it is ours (typed dictionaries).
+static/js/wire.js is generated from both unions.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +16,7 @@ from pydantic import (
     ValidatorFunctionWrapHandler,
     field_validator,
 )
+from typing_extensions import TypedDict
 
 from reviewer.app.fields import Key
 from reviewer.app.messages import Message
@@ -95,3 +100,58 @@ FromFrame = Annotated[
     Showing | Step | Changed | RunChosen | ThemeChosen, Field(discriminator="type")
 ]
 """What a workbench frame may send over the desk's socket."""
+
+
+class Ready(TypedDict):
+    """To the frame that has joined: who is signed in where, and what to show."""
+
+    type: Literal["ready"]
+    version: str
+    store: str
+    annotator: str
+    run: str | None
+    pair: int | None
+    fresh: bool
+
+
+class Open(TypedDict):
+    """To the frame: show this pair, in this run."""
+
+    type: Literal["open"]
+    pair: int | None
+    run: str | None
+
+
+class Ahead(TypedDict):
+    """To the frame: these pairs are likely to come next."""
+
+    type: Literal["ahead"]
+    pairs: list[int]
+
+
+class End(TypedDict):
+    """To the frame: there is no next (1) or no previous (-1) pair in the queue."""
+
+    type: Literal["end"]
+    by: int
+
+
+class Filtered(TypedDict):
+    """To the frame: the queue's filters, to keep for another desk."""
+
+    type: Literal["queue"]
+    split: str | None
+    state: PairState | None
+    team: TeamState | None
+    order: Order
+
+
+class Failed(TypedDict):
+    """To the frame: why what it asked for could not be done."""
+
+    type: Literal["error"]
+    detail: str
+
+
+ToFrame = Ready | Open | Ahead | End | Filtered | Failed
+"""What a desk may send to its workbench frame."""

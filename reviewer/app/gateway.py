@@ -198,14 +198,14 @@ async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, clicks: Cli
     try:
         joining = frame.Joining.model_validate(dict(socket.query_params))
     except ValidationError as error:
-        await socket.send_json({"type": "error", "detail": str(error)})
+        await socket.send_json(frame.Failed(type="error", detail=str(error)))
         await socket.close(1008)
         return
     desk = (desks.find(joining.client) if joining.client else None) or Desk(store)
     loop = asyncio.get_running_loop()
-    outbox: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
+    outbox: asyncio.Queue[frame.ToFrame] = asyncio.Queue()
 
-    def send(message: dict[str, Any]) -> None:
+    def send(message: frame.ToFrame) -> None:
         loop.call_soon_threadsafe(outbox.put_nowait, message)
 
     async def write() -> None:

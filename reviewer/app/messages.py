@@ -8,6 +8,7 @@ from fastapi import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from reviewer.app.fields import Comment, Counts, Key, ListedReason, Phrase, Word
+from reviewer.doi import Choice, Reason
 from reviewer.editing.proposals import Source
 from reviewer.records import ReviewState, Standing, TeamState, Verdict
 from reviewer.store.queue import Order
@@ -109,9 +110,9 @@ class RegionInfo(Message):
     f_b: int
     iou: float
     doi: float
-    choice: Literal["adopt", "keep", "reject"]
+    choice: Choice
     inspect: bool
-    reason: str
+    reason: Reason
     box_xyxy: tuple[int, int, int, int] | None
     has_object: bool
     f_if: dict[str, float | None]

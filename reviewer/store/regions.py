@@ -6,6 +6,7 @@ import json
 import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from reviewer.doi import Region
 from reviewer.errors import Conflict
@@ -17,6 +18,8 @@ from reviewer.store.revisions import rle_of_row
 REGIONS = """
 SELECT g.*, d.verdict, d.annotator, d.verdict_reason, d.comment, d.labels FROM regions g
 JOIN doi_decisions d ON d.region_id = g.id WHERE g.run_id = ? AND g.pair_id = ?"""
+# What a region's record and its row name alike; its indices and its box are written otherwise.
+ALIKE = ("overlap_px", "f_b", "iou", "doi", "choice", "inspect", "reason")
 # What people said of regions, which other regions would leave behind: verdicts and names.
 VERDICTS = """
 SELECT count(*) AS verdicts, min(r.name) AS run
@@ -78,30 +81,9 @@ def _insert_regions(
     db: sqlite3.Connection, run_id: int, pair_id: int, regions: Sequence[Region]
 ) -> None:
     for number, region in enumerate(regions):
-        x0, y0, x1, y1 = region.box_xyxy or (0, 0, 0, 0)
-        db.execute(
-            "INSERT INTO regions (run_id, pair_id, number, objects, components, overlap_px,"
-            " f_b, iou, doi, choice, inspect, reason, box_x, box_y, box_width, box_height)"
-            " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-            [
-                run_id,
-                pair_id,
-                number,
-                json.dumps(region.object_indices),
-                json.dumps(region.component_indices),
-                region.overlap_px,
-                region.f_b,
-                region.iou,
-                region.doi,
-                region.choice,
-                int(region.inspect),
-                region.reason,
-                x0,
-                y0,
-                x1 - x0,
-                y1 - y0,
-            ],
-        )
+        row = {"run_id": run_id, "pair_id": pair_id, "number": number, **_row(region)}
+        columns, values = ", ".join(row), ", ".join(f":{name}" for name in row)
+        db.execute(f"INSERT INTO regions ({columns}) VALUES ({values})", row)
 
 
 def load_regions(store: Store, run_id: int, pair_id: int) -> list[StoredRegion]:
@@ -155,27 +137,35 @@ def put_prediction(
     )
 
 
+def _row(region: Region) -> dict[str, Any]:
+    x0, y0, x1, y1 = region.box_xyxy or (0, 0, 0, 0)
+    return {
+        "objects": json.dumps(region.object_indices),
+        "components": json.dumps(region.component_indices),
+        **{name: getattr(region, name) for name in ALIKE},
+        "box_x": x0,
+        "box_y": y0,
+        "box_width": x1 - x0,
+        "box_height": y1 - y0,
+    }
+
+
 def _region(row: sqlite3.Row) -> StoredRegion:
     x, y, width, height = row["box_x"], row["box_y"], row["box_width"], row["box_height"]
+    alike = {name: row[name] for name in ALIKE}
     region = Region(
-        tuple(json.loads(row["objects"])),
-        tuple(json.loads(row["components"])),
-        row["overlap_px"],
-        row["f_b"],
-        row["iou"],
-        row["doi"],
-        row["choice"],
-        bool(row["inspect"]),
-        row["reason"],
-        (x, y, x + width, y + height) if width else None,
+        object_indices=tuple(json.loads(row["objects"])),
+        component_indices=tuple(json.loads(row["components"])),
+        box_xyxy=(x, y, x + width, y + height) if width else None,
+        **alike | {"inspect": bool(row["inspect"])},
     )
     return StoredRegion(
-        row["id"],
-        row["number"],
-        region,
-        row["labels"] or "",
-        row["verdict"],
-        row["annotator"],
-        row["verdict_reason"] or "",
-        row["comment"] or "",
+        id=row["id"],
+        number=row["number"],
+        region=region,
+        labels=row["labels"] or "",
+        verdict=row["verdict"],
+        audited_by=row["annotator"],
+        verdict_reason=row["verdict_reason"] or "",
+        comment=row["comment"] or "",
     )

@@ -1,6 +1,7 @@
 /**
  * Talk to the gateway: JSON over HTTP, and the desk's WebSocket. Knows URLs and errors, no state.
- * @typedef {{height: number, width: number, counts: string}} RleMask
+ * @import {ClickReply, Committed, DoubtfulRegionInfo, EdgePath, FromFrame, JudgedPair, LivePoint,
+ *   MaskChange, MaskReply, Me, PairDetail, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateReply, ToFrame} from "./wire.js"
  */
 
 /** An answer that is not 2xx: `status` and the problem's text. */
@@ -14,7 +15,8 @@ export class ApiError extends Error {
 
 const PATIENCE_MS = 20_000;
 
-/** @param {string} path @param {RequestInit} [options] */
+/** @template T what the server answers @param {string} path @param {RequestInit} [options]
+ * @returns {Promise<T>} */
 async function call(path, options = {}) {
   const signal = AbortSignal.timeout(PATIENCE_MS);
   const reply = await fetch(path, { credentials: "same-origin", signal, ...options }).catch((error) => {
@@ -37,35 +39,42 @@ function send(method, body, headers = {}) {
 }
 
 export const api = {
+  /** @returns {Promise<RunInfo[]>} */
   runs: () => call("/api/runs"),
-  /** @param {number} id @param {string | null} run */
+  /** @param {number} id @param {string | null} run @returns {Promise<PairDetail>} */
   pair: (id, run) => call(`/api/pairs/${id}${run ? `?run=${encodeURIComponent(run)}` : ""}`),
-  /** @param {number} id */
+  /** @param {number} id @returns {Promise<MaskReply>} */
   mask: (id) => call(`/api/pairs/${id}/mask`, { headers: { Accept: "application/json" } }),
-  /** @param {number} id @param {number} revision @param {object} change */
+  /** @param {number} id @param {number} revision @param {MaskChange} change
+   * @returns {Promise<Committed>} */
   putMask: (id, revision, change) =>
     call(`/api/pairs/${id}/mask`, send("PUT", change, { "If-Match": `"${revision}"` })),
   /** @param {number} id @param {string} state @param {number | null} revision that was looked at
-   * @param {number} seconds of work since the last save */
+   * @param {number} seconds of work since the last save @returns {Promise<StateReply>} */
   putState: (id, state, revision, seconds) =>
     call(`/api/pairs/${id}/state`, send("PUT", { state, active_seconds: Math.round(seconds * 10) / 10 },
       revision === null ? {} : { "If-Match": `"${revision}"` })),
-  /** @param {number} id @param {string | null} run whose regions are rejected @param {boolean} skipped */
+  /** @param {number} id @param {string | null} run whose regions are rejected @param {boolean} skipped
+   * @returns {Promise<PairDetail>} */
   skip: (id, run, skipped) => call(`/api/pairs/${id}/skip`, send("PUT", { run, skipped })),
+  /** @returns {Promise<Me>} */
   me: () => call("/api/me"),
-  /** @param {number} id */
+  /** @param {number} id @returns {Promise<RevisionInfo[]>} */
   revisions: (id) => call(`/api/pairs/${id}/revisions`),
-  /** @param {number} id @param {number} number */
+  /** @param {number} id @param {number} number @returns {Promise<MaskReply>} */
   revision: (id, number) => call(`/api/pairs/${id}/revisions/${number}`),
-  /** @param {number} id @param {object} prompt @param {AbortSignal} signal */
+  /** @param {number} id @param {object} prompt @param {AbortSignal} signal
+   * @returns {Promise<ClickReply>} */
   click: (id, prompt, signal) => call(`/api/pairs/${id}/click`, { ...send("POST", prompt), signal }),
-  /** @param {number} id @param {string | null} run @param {{x: number, y: number}} at */
+  /** @param {number} id @param {string | null} run @param {{x: number, y: number}} at
+   * @returns {Promise<LivePoint>} */
   livePoint: (id, run, at) => {
     const query = new URLSearchParams({ x: String(at.x), y: String(at.y), ...(run ? { run } : {}) });
     return call(`/api/pairs/${id}/live-point?${query}`);
   },
   /** @param {{id: number, run: string | null, width: number, height: number}} pair
-   * @param {{x: number, y: number}} from @param {{x: number, y: number}} to */
+   * @param {{x: number, y: number}} from @param {{x: number, y: number}} to
+   * @returns {Promise<EdgePath>} */
   edgePath: (pair, from, to) => {
     const inside = (/** @type {number} */ v, /** @type {number} */ n) => String(Math.min(Math.max(Math.floor(v), 0), n - 1));
     const query = new URLSearchParams({ x0: inside(from.x, pair.width), y0: inside(from.y, pair.height),
@@ -73,26 +82,32 @@ export const api = {
     if (pair.run) query.set("run", pair.run);
     return call(`/api/pairs/${pair.id}/edge-path?${query}`);
   },
-  /** @param {string | null} run @param {string} order @param {string} opinion */
+  /** @param {string | null} run @param {string} order @param {string} opinion
+   * @returns {Promise<DoubtfulRegionInfo[]>} */
   auditQueue: (run, order, opinion) => {
     const query = new URLSearchParams({ limit: "1000", order, opinion, ...(run ? { run } : {}) });
     // The first time, what flipping gains is counted from the masks.
     return call(`/api/audit-queue?${query}`, { signal: AbortSignal.timeout(6 * PATIENCE_MS) });
   },
+  /** @returns {Promise<Reasons>} */
   reasons: () => call("/api/reasons"),
-  /** @param {string[]} reasons */
+  /** @param {string[]} reasons @returns {Promise<Reasons>} */
   putReasons: (reasons) => call("/api/reasons", send("PUT", { reasons })),
-  /** @param {number} id @param {string | null} run @param {string[]} sources */
+  /** @param {number} id @param {string | null} run @param {string[]} sources
+   * @returns {Promise<ProposalInfo[]>} */
   proposals: (id, run, sources) => {
     const query = new URLSearchParams(sources.map((source) => ["source", source]));
     if (run) query.set("run", run);
     return call(`/api/pairs/${id}/proposals?${query}`);
   },
-  /** @param {number} id @param {string | null} run @param {number} number @param {string} label */
+  /** @param {number} id @param {string | null} run @param {number} number @param {string} label
+   * @returns {Promise<PairDetail>} */
   label: (id, run, number, label) => call(`/api/pairs/${id}/labels/${number}`, send("PUT", { run, label })),
-  /** @param {number} region @param {string} verdict @param {{reason: string, comment: string}} why */
+  /** @param {number} region @param {string} verdict @param {{reason: string, comment: string}} why
+   * @returns {Promise<JudgedPair>} */
   audit: (region, verdict, why) => call(`/api/regions/${region}/audit`, send("POST", { verdict, ...why })),
-  /** @param {number} audit @param {boolean} stands false takes the verdict back */
+  /** @param {number} audit @param {boolean} stands false takes the verdict back
+   * @returns {Promise<JudgedPair>} */
   standing: (audit, stands) => call(`/api/audits/${audit}`, send("PUT", { stands })),
   /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer
    * @param {boolean} [judged] with people's verdicts */
@@ -106,7 +121,7 @@ export const api = {
 
 /** The desk's socket: joins again by itself, and says where the desk should go on.
  * @param {() => Record<string, string>} joining what the address says
- * @param {{message: (message: any) => void, here: () => void, away: () => void}} on */
+ * @param {{message: (message: ToFrame) => void, here: () => void, away: () => void}} on */
 export function openDesk(joining, on) {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   let wait = 500;
@@ -128,7 +143,7 @@ export function openDesk(joining, on) {
   };
   connect();
   return {
-    /** @param {object} message @returns {boolean} whether it could be sent */
+    /** @param {FromFrame} message @returns {boolean} whether it could be sent */
     send(message) {
       const open = socket.readyState === WebSocket.OPEN;
       if (open) socket.send(JSON.stringify(message));

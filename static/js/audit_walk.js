@@ -1,6 +1,6 @@
 /**
  * The audit mode's way: from region to region across pairs, most doubtful first.
- * @typedef {{region: number, pair: number, gain_px: number | null, opposed: boolean}} Stop
+ * @typedef {import("./wire.js").DoubtfulRegionInfo} Stop
  */
 import { api } from "./api.js";
 

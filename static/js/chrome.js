@@ -2,6 +2,7 @@
  * The page around the panes: what its fields, chips and lines say. Draws from the state, decides
  * nothing.
  * @typedef {import("./state.js").State} State
+ * @typedef {import("./page.js").PageTags} Tags
  */
 import { keepsRadius } from "./tools/brush.js";
 import { truthLine } from "./truth.js";
@@ -15,7 +16,9 @@ const STATES = {
   confirmed_empty: "confirmed empty",
   skipped: "skipped",
 };
-export const $ = (/** @type {string} */ id) => /** @type {any} */ (document.getElementById(id));
+/** The element of the page with an id. @template {keyof Tags} Id @param {Id} id
+ * @returns {HTMLElementTagNameMap[Tags[Id]]} */
+export const $ = (id) => /** @type {any} */ (document.getElementById(id));
 
 /** @param {State} state */
 export function showSettings(state) {
@@ -36,7 +39,7 @@ export function showSettings(state) {
   for (const tab of document.querySelectorAll("[data-side]")) {
     const { side } = /** @type {HTMLElement} */ (tab).dataset;
     tab.setAttribute("aria-selected", String(side === state.side));
-    $(side ?? "").hidden = side !== state.side;
+    $(/** @type {"proposals" | "history"} */ (side)).hidden = side !== state.side;
   }
 }
 
@@ -82,7 +85,7 @@ export function showFacts(state) {
   write("where", `${where}${Math.round(state.view.scale * 100)} %`);
 }
 
-/** @param {string} id @param {string} text */
+/** @param {"facts" | "where"} id @param {string} text */
 function write(id, text) {
   if ($(id).textContent !== text) $(id).textContent = text;
 }

@@ -2,7 +2,8 @@
  * The layers a pane can show, and their pictures: fetched once, kept decoded, loaded ahead.
  * A layer is a picture, or an overlay on one; `machine` ones tell what machines found, and stay
  * hidden while a person looks for changes unprompted.
- * @typedef {{title: string, base: string, overlay?: string, dim?: boolean, machine?: boolean,
+ * @typedef {import("./wire.js").PairDetail["layers"][number]} Served a picture of the server's
+ * @typedef {{title: string, base: Served | "", overlay?: Served, dim?: boolean, machine?: boolean,
  *   mask: "fill" | "rim" | "alone" | "ignore"}} Layer
  */
 

@@ -86,7 +86,7 @@ const socket = openDesk(() => around.joining(state), {
 window.addEventListener("client", () => socket.again());
 window.addEventListener("pagehide", () => around.left());
 
-/** @param {any} message from the server's side of the desk */
+/** @param {import("./wire.js").ToFrame} message from the server's side of the desk */
 async function receive(message) {
   if (message.type === "ready") {
     around.joined();
@@ -271,7 +271,7 @@ function showKeys() {
 
 async function fillRuns() {
   const runs = await api.runs();
-  $("run").replaceChildren(...runs.map((/** @type {any} */ run) => new Option(run.name, run.name)));
+  $("run").replaceChildren(...runs.map((run) => new Option(run.name, run.name)));
   $("run").value = state.run ?? "";
   side.offer(runs);
 }

@@ -5,7 +5,7 @@
  * until somebody decides about it; one that the server fails at makes its pair wait, and is sent
  * again by and by. Other pairs go on in both cases.
  * @typedef {{seq: number, tab: string, id: number, revision: number, width: number, height: number,
- *   counts: string, ignore: string | null, log: object[], seconds: number}} Change
+ *   counts: string, ignore: string | null, log: Record<string, unknown>[], seconds: number}} Change
  *   revision: what it was made from, as far as is known; ignore: null keeps the parent's
  * @typedef {"saved" | "saving" | "offline" | "conflict" | "locked" | "refused" | "not saved"} Status
  */
@@ -19,7 +19,7 @@ const REFUSALS = { 409: "conflict", 423: "locked" };
 
 export class Saver {
   /**
-   * @param {{put: (id: number, revision: number, change: object) => Promise<{revision: number}>,
+   * @param {{put: (id: number, revision: number, change: import("./wire.js").MaskChange) => Promise<import("./wire.js").Committed>,
    *   status: (status: Status, detail: string, id: number) => void,
    *   saved: (id: number, revision: number) => void}} parts
    */

@@ -4,20 +4,9 @@
  * sessionStorage.
  * @typedef {import("./geometry.js").View} ViewState
  * @typedef {{x: number, y: number}} Point
- * @typedef {{id: number, choice: string, number: number, label: string, f_b: number,
- *   iou: number, doi: number, inspect: boolean, reason: string, box_xyxy: number[] | null,
- *   overlap_px: number, f_if: Record<string, number | null>, has_object: boolean, verdict: string | null, audited_by: string | null,
- *   verdict_reason: string, comment: string}} Region
- * @typedef {{key: string, source: string, run: string, number: number, label: string,
- *   score: number | null, region_id: number | null, area: number, box_xyxy: number[],
- *   counts: string, outcome: string | null}} Proposal
- * @typedef {{id: number, split: string, name: string, width: number, height: number,
- *   revision: number, state: string, truth: import("./truth.js").Truth | null,
- *   run: string | null, layers: string[], version: string,
- *   regions: Region[], scores: Record<string, import("./panels/proposal_list.js").Score>,
- *   alignment: {valid_fraction: number, residual_before: number, residual_after: number,
- *   backward_px: number | null, doubt: string} | null, doubt: string, reads_labels: boolean,
- *   labels: import("./panels/label_list.js").Label[]}} Pair
+ * @typedef {import("./wire.js").RegionInfo} Region
+ * @typedef {import("./wire.js").ProposalInfo} Proposal
+ * @typedef {import("./wire.js").PairDetail} Pair
  * @typedef {{points: {x: number, y: number, positive: boolean}[], box: number[] | null,
  *   count: number, index: number, score: number}} Candidate what a click tool shows
  */

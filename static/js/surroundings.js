@@ -60,7 +60,7 @@ export class Surroundings {
     return Math.round(columns.reduce((sum, column) => sum + column.getBoundingClientRect().width, 0));
   }
 
-  /** Keep the queue's filters. @param {{split: string | null, state: string | null, team: string | null, order: string}} filters */
+  /** Keep the queue's filters. @param {import("./wire.js").Filtered} filters */
   filtered({ split, state, team, order }) {
     this.session.setItem(QUEUE, JSON.stringify({ split, state, team, order }));
   }

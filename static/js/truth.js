@@ -1,7 +1,7 @@
 /**
  * In words, which revision of a pair counts as ground truth: who approved or submitted it, and who
  * has drawn since. An approval speaks of one revision; what comes after it has not been looked at.
- * @typedef {{revision: number, standing: string, said_by: string[], changed_by: string[]}} Truth
+ * @typedef {import("./wire.js").TruthInfo} Truth
  */
 
 /** @type {Record<string, string>} */

@@ -5,7 +5,7 @@
  * @typedef {import("../raster.js").Mask} Mask
  * @typedef {import("../merging.js").Part} Part
  * @typedef {import("../merging.js").Compared} Compared
- * @typedef {{began: number, theirs: {revision: number, annotator: string | null},
+ * @typedef {{began: number, theirs: import("../wire.js").MaskReply,
  *   unsent: import("../saver.js").Change, ignored: Mask, layers: Compared[], parts: Part[],
  *   kept: number | null}} Versions
  *   began: revision that mine started from; kept: revision that mine has been saved as

@@ -1,7 +1,6 @@
 /**
  * The revisions of a pair, newest first: who, when, with which tools; look at one, restore it.
- * @typedef {{number: number, source: string, annotator: string | null, area: number,
- *   active_seconds: number, created_at: string, tools: string[]}} Revision
+ * @typedef {import("../wire.js").RevisionInfo} Revision
  */
 
 /** @param {HTMLElement} root @param {Revision[]} revisions oldest first @param {number | null} shown

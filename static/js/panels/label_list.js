@@ -1,8 +1,7 @@
 /**
  * What a labeller called the change, as fields that can be written over: what is written is searched
  * for at once, in this pair only.
- * @typedef {{number: number, component: number | null, raw: string, label: string, note: string,
- *   edited_by: string | null}} Label
+ * @typedef {import("../wire.js").LabelInfo} Label
  */
 
 /** @param {HTMLElement} root @param {Label[]} labels

@@ -3,10 +3,10 @@
  * a verdict); and the scores. Draws from the state; what is clicked goes to the callbacks.
  * @typedef {import("../state.js").Region} Region
  * @typedef {import("../state.js").Proposal} Proposal
- * @typedef {{tp: number, fp: number, fn: number, precision: number, recall: number, f_score: number}} Score
+ * @typedef {import("../wire.js").ScoreInfo} Score
  */
 
-/** @type {Record<string, string>} */
+/** @type {Record<Region["reason"], string>} */
 const REASONS = {
   between_thresholds: "object fits better",
   seen_in_reference: "object was there before",
@@ -23,7 +23,7 @@ const METHODS = { base: "without DoI", doi: "with DoI", audited: "after audit" }
 
 /** @type {Record<string, string>} */
 const OUTCOMES = { add: "added", subtract: "taken out", replace: "replaced", reject: "rejected", "ill-posed": "ill-posed" };
-/** @type {Record<string, string>} */
+/** @type {Partial<Record<Proposal["source"], string>>} */
 const NAMES = { detector: "detector", object_live: "object", object_reference: "object before",
   prediction: "prediction", missed: "only predicted", extra: "only drawn" };
 
@@ -90,7 +90,7 @@ function regionLines(region, give, shown) {
     element("span", "soft", `#${region.number} ${region.label}`));
   if (region.inspect) top.append(element("span", "inspect", "look again"));
   top.append(choice);
-  const terms = `f_b ${region.f_b}   IoU ${region.iou.toFixed(2)}   ${REASONS[region.reason] ?? region.reason}`;
+  const terms = `f_b ${region.f_b}   IoU ${region.iou.toFixed(2)}   ${REASONS[region.reason]}`;
   const verdicts = element("div", "verdicts");
   verdicts.append(...VERDICTS.map((verdict) => verdictButton(region, verdict, () => give(verdict), shown)));
   const said = [region.verdict_reason, region.comment].filter(Boolean).join(": ");

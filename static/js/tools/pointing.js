@@ -7,8 +7,7 @@
  * @typedef {"live" | "reference"} Picture
  * @typedef {{mask: Mask | null, counts: string, score: number, width: number, height: number}} Found
  *   mask: once it was asked for
- * @typedef {{candidates: {counts: string, score: number}[], model: string, embed_ms: number,
- *   predict_ms: number}} Reply
+ * @typedef {import("../wire.js").ClickReply} Reply
  */
 import { componentAt } from "../cleanup.js";
 import { decode, encode } from "../rle.js";
