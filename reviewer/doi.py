@@ -69,7 +69,7 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class Integration:
-    """The final mask of a pair, bool (H, W), and one record a region."""
+    """The final mask of a pair, bool (H, W), and one record per region."""
 
     mask: Mask
     regions: tuple[Region, ...]

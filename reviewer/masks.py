@@ -120,7 +120,7 @@ def read_rle(height: int, width: int, counts: str) -> Rle:
 
 
 def longest_counts(height: int, width: int) -> int:
-    """Return more characters than the run-lengths of any mask of a size have.
+    """Return an upper bound on the characters of the run-lengths of a mask of a size.
 
     There is a run a pixel at most, and a run that takes a further character spares 16 pixels.
     """
@@ -165,7 +165,7 @@ def decode_rle(rle: Rle) -> Mask:
 
 
 def decode_beside(mask: Rle, counts: str | None) -> Mask | None:
-    """Return a mask that is kept as run-lengths alone beside one of its size; None for none."""
+    """Return a mask that is stored only as run-lengths next to one of its size; None for none."""
     return None if counts is None else _painted(_run_lengths(counts), mask.height, mask.width)
 
 

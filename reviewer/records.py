@@ -96,7 +96,7 @@ class MaskRevision:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One passage of the pipeline with all its settings."""
+    """One execution of the pipeline with all its settings."""
 
     id: int
     name: str

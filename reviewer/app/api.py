@@ -100,7 +100,7 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {
 
 
 class PictureCache:
-    """The last drawn layers, so that going back costs nothing; thread-safe."""
+    """Cache of the layers drawn last, so that going back is free; thread-safe."""
 
     def __init__(self, size: int = CACHED_PICTURES) -> None:
         self._size = size
@@ -305,7 +305,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
 
 
 def _last_change(image: Image) -> int:
-    """Return what tells a replaced file, so that no picture of the old one stands for it."""
+    """Return a value that changes when a file is replaced, so that no old picture is served."""
     return image.path.stat().st_mtime_ns if image.path.exists() else 0
 
 

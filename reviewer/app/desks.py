@@ -1,4 +1,4 @@
-"""Desks: what one person looks at in one browser window.
+"""Desks: what one person sees in one browser window.
 
 A desk joins a Viser client (queue and map) with its workbench frame. It holds the state that both
 are drawn from: filters, run, open pair. It is locked until the frame has checked in through the
@@ -34,7 +34,7 @@ LOADED_AHEAD = 2
 
 @dataclass(slots=True)
 class Desk:
-    """State of a desk, and the two sides that are told of changes.
+    """State of a desk, and the two sides that are notified of changes.
 
     Attributes:
         annotator: None while locked.
@@ -113,7 +113,7 @@ class Desk:
         self.redraw("unlock" if first else "queue")
 
     def _take_up(self, left: Joining, fresh: bool) -> None:
-        """Go on where a frame is; what this database does not know is left out."""
+        """Continue where a frame is; what this database does not know is ignored."""
         known = left.store == self.store.identity
         if known and left.pair in pair_ids(self.store):
             self.pair_id = left.pair
@@ -163,7 +163,7 @@ class Desk:
         self.send({"type": "open", "pair": pair_id, "run": self.run})
 
     def showing(self, pair_id: int) -> list[int]:
-        """Note what the frame shows, and tell it what to load ahead; return that too."""
+        """Record what the frame shows, and tell it what to preload; return that, too."""
         with self.lock:
             moved, self.shown_id = self.shown_id != pair_id, pair_id
             self.pair_id = pair_id

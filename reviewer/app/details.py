@@ -1,4 +1,4 @@
-"""Gather what the workbench needs to open a pair; no pixels."""
+"""Collect what the workbench needs to open a pair, without pixels."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def choose_run(store: Store, name: str | None) -> Run | None:
 
 
 def truth_info(store: Store, pair_id: int) -> TruthInfo | None:
-    """Return which revision counts, and who stands for it; None where none does."""
+    """Return which revision counts, and on whose word; None where none does."""
     found = standing_of_pair(store, pair_id)
     if found is None:
         return None

@@ -1,4 +1,4 @@
-"""The API's typed messages: what goes in, what comes out."""
+"""The API's typed messages: requests and answers."""
 
 from __future__ import annotations
 
@@ -218,7 +218,7 @@ class SkipInfo(Message):
 
 
 class PairDetail(Message):
-    """Everything the workbench needs to open a pair, but pixels."""
+    """Everything the workbench needs to open a pair, except pixels."""
 
     id: int
     split: str

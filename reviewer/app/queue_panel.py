@@ -150,7 +150,7 @@ class QueuePanel:
             desk.step(1 if steps.value == "next" else -1)
 
     def draw(self, *, follow: bool = True) -> None:
-        """Fill the widgets from the desk; `follow` turns to the page of the open pair."""
+        """Fill the widgets from the desk; `follow` shows the page of the open pair."""
         desk = self._desk
         with desk.lock:
             ids, open_id = desk.ids, desk.pair_id

@@ -33,7 +33,7 @@ EMPTIES: dict[str, EmptyRule] = {"left out": "skip", "1": "one", "0": "zero"}
 
 
 class ScoresPanel:
-    """The tab of one Viser client; filled when it is asked for."""
+    """The tab of one Viser client; filled on demand."""
 
     def __init__(self, client: viser.ClientHandle, desk: Desk, panel: viser.PanelHandle) -> None:
         """Build the widgets beside the workbench."""
@@ -71,7 +71,7 @@ class ScoresPanel:
         return tuple(standing for standing, title in TITLES.items() if title == self._state.value)
 
     def draw(self) -> None:
-        """Count what is not counted yet, and show all runs."""
+        """Update the counts, and show all runs."""
         store, run = self._desk.store, self._desk.chosen_run
         refresh_counts(store)
         standings, protocol = self._standings(), self._protocol()

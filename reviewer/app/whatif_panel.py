@@ -1,4 +1,4 @@
-"""Other DoI rules in Viser: sliders, a curve of F that follows, and the pairs that change sides.
+"""Other DoI rules in Viser: sliders, a live curve of F, and the pairs whose masks change.
 
 Everything after the first look is arithmetic on the integers of `evaluation.terms`.
 """
@@ -71,7 +71,7 @@ class WhatIfPanel:
         return (self._vary, *sliders, self._scope, self._seen, self._plot, self._walk, self._all)
 
     def _begin(self) -> None:
-        """Count what is not counted yet, and show the run's own rule."""
+        """Update the counts, and show the run's own rule."""
         run = self._desk.chosen_run
         if run is None:
             self._note.content = _line("There is no run yet.")
@@ -104,7 +104,7 @@ class WhatIfPanel:
         )
 
     def forget(self) -> None:
-        """Drop what was counted: another run is chosen."""
+        """Forget the counts: another run was chosen."""
         if self._run is not None and self._desk.chosen_run != self._run:
             self._run = self._terms = None
             self._note.content = ""
@@ -112,7 +112,7 @@ class WhatIfPanel:
                 widget.visible = False
 
     def draw(self) -> None:
-        """Draw the curve and what the sliders' rule gives."""
+        """Draw the curve and the scores of the sliders' rule."""
         if self._terms is None or self._run is None:
             return
         engine, rule = self._terms.whatif, self._rule()

@@ -1,4 +1,4 @@
-"""Bring in what a lab's own models made: flows, change maps and object masks of existing pairs.
+"""Import the output of your own models for existing pairs: flows, change maps, object masks.
 
 Files are `DIR/<split>/<pair>.png|.npy`, or `DIR/<pair>.*` when one split is named. Change maps are
 8-bit images (0-255) or `.npy` probabilities; objects are label images (0 = none, k = instance k) or

@@ -1,4 +1,4 @@
-"""Bring masks of another annotation tool to pairs that are here: all of them, or none.
+"""Import masks from another annotation tool for existing pairs: all of them, or none.
 
 An image of the tool is a live image here when its file has that name, and a folder of its path, if
 it has any, is the split's or the live image's own. A path from elsewhere is believed only inside a

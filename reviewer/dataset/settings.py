@@ -1,4 +1,4 @@
-"""What a user may say about a split that is read: its layout, its masks, its poses.
+"""What a user can choose for the import of a split: layout, masks, poses.
 
 Checked when it is said, before any file is read.
 """

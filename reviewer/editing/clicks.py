@@ -93,7 +93,7 @@ class Clicks:
         self._worker.stop()
 
     def _ahead(self, client: Hashable, wanted: list[tuple[int, Side]], run: Run | None) -> None:
-        """Embed one image a turn, so that a click waits for one image at most."""
+        """Embed one image per turn, so that a click waits for one image at most."""
         if not wanted or self._worker.stopped:
             return
         (pair_id, picture), rest = wanted[0], wanted[1:]

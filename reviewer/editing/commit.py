@@ -37,7 +37,7 @@ class MaskEdit:
 
 
 def largest_body(pair: Pair) -> int:
-    """Return the bytes that a mask of a pair with its log may take on its way here."""
+    """Return the largest request body, in bytes, for a mask of a pair with its log."""
     return 8 * pair.live.height * pair.live.width + 4 * LARGEST_LOG_BYTES
 
 

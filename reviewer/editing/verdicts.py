@@ -61,7 +61,7 @@ def give_verdict(
 
 
 def change_standing(store: Store, audit_id: int, annotator_id: int, *, stands: bool) -> Given:
-    """Take one's own verdict back, or give it again; what stood before it then holds again.
+    """Take back one's own verdict, or give it again; then the verdict before it holds again.
 
     Saying so twice changes nothing, so a request whose answer was lost may be sent again.
 

@@ -114,7 +114,7 @@ def _wrong(counts: Counts) -> int:
 
 
 def _lost(row: AuditRow, seen: Seen) -> int:
-    """Pixels that the oracle's decision would have had right."""
+    """Pixels that the oracle's decision would have got right."""
     best = min(_wrong(row.outcomes[choice]) for choice in DECIDED[seen])
     return _wrong(row.outcomes[row.choice]) - best
 

@@ -1,4 +1,4 @@
-"""What a table of scores rests on: how many pairs, whose word, and what is left out."""
+"""What a table of scores is based on: how many pairs, which masks, and what is left out."""
 
 from __future__ import annotations
 

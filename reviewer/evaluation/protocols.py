@@ -40,7 +40,7 @@ class Protocol:
 
 
 def protocol_lines(scores: Sequence[PairScore], protocol: Protocol) -> list[Line]:
-    """Return a line a group and a mean line for every run and method, in that order."""
+    """Return one line per group and a mean line for every run and method, in that order."""
     found: dict[tuple[str, Method], dict[str, list[Counts]]] = {}
     for score in with_unjudged(scores):
         groups = found.setdefault((score.run, score.method), {})

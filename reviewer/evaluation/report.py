@@ -1,4 +1,4 @@
-"""The evaluation as one HTML page that needs nothing beside it: tables, plots, failures."""
+"""The evaluation as one self-contained HTML page: tables, plots, failures."""
 
 from __future__ import annotations
 

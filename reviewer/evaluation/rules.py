@@ -36,7 +36,7 @@ def rule_of_run(settings: Mapping[str, Any]) -> Rule:
 
 
 def vary_rule(rule: Rule, name: str, value: float) -> Rule:
-    """Return a rule with one other number.
+    """Return a copy of a rule with one number changed.
 
     Raises:
         InvalidInput: when the rule has no such number.

@@ -21,12 +21,12 @@ def groups_of(rows: Sequence[Row]) -> list[str]:
 
 
 def columns_of(rows: Sequence[Row]) -> list[str]:
-    """Return the heads of `table_a_cells`."""
+    """Return the column titles of `table_a_cells`."""
     return ["Method", "pairs", "Mean F", *groups_of(rows)[1:]]
 
 
 def scope_rows(rows: Sequence[Row]) -> list[dict[str, Value]]:
-    """Return a short table: a row a method, mean F by variant; None where a run has none."""
+    """Return a short table: one row per method, mean F by variant; None where a run has none."""
     found: dict[tuple[str, ...], dict[str, Value]] = {}
     titles = {"": METHOD_TITLE["base"], AUDITED: AUDITED}
     columns = list(dict.fromkeys(row.variant for row in rows))

@@ -48,7 +48,7 @@ class Sweep:
 
 
 class WhatIf:
-    """The terms of many pairs as arrays; made once, asked often."""
+    """The terms of many pairs as arrays; built once, queried often."""
 
     def __init__(self, pairs: Sequence[tuple[str, PairTerms]]) -> None:
         """Take (split, terms) of every pair."""
@@ -82,7 +82,7 @@ class WhatIf:
         ]
 
     def changed_pairs(self, first: Rule, second: Rule) -> Ints:
-        """Return the places of the pairs whose masks differ between two rules, ascending."""
+        """Return the indices of the pairs whose masks differ between two rules, ascending."""
         adopted, kept = self._decided([first, second])
         objects = self._objects.pair[adopted[0] != adopted[1]]
         parts = self._parts.pair[kept[0] != kept[1]]

@@ -25,7 +25,7 @@ from reviewer.words import EXPORT_FORMATS, FoldKind, IgnoreMode
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What one format or another takes beside the selection; see `coco`, `t0t1` and `folds`."""
+    """Options of single formats, in addition to the selection; see `coco`, `t0t1` and `folds`."""
 
     warped_by: Run | None = None
     ignore: IgnoreMode = "separate"

@@ -121,7 +121,7 @@ class SamClicks:
         return [Candidate(np.ascontiguousarray(masks[k]), float(scores[0, k])) for k in order]
 
     def predict_boxes(self, embedding: Embedding, boxes_xyxy: Floats) -> tuple[Masks, Floats]:
-        """Return one mask a box, bool (N, H, W), and its predicted IoU, float32 (N,)."""
+        """Return one mask per box, bool (N, H, W), and its predicted IoU, float32 (N,)."""
         height, width = (int(v) for v in embedding["size"])
         corners = torch.from_numpy(boxes_xyxy.astype(np.float32)).view(-1, 2, 2)
         boxes = (corners * self._scale(height, width)).view(1, -1, 4).to(self.device)

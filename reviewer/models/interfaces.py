@@ -1,4 +1,4 @@
-"""What the pipeline asks of its models.
+"""The protocols of the pipeline's models.
 
 Images are uint8 RGB (H, W, 3), masks bool (H, W), fields float32. Everything is in the frame of the
 live image unless it says otherwise.
@@ -79,7 +79,7 @@ class Detector(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What a labeller said of a component of M_o, or of the whole mask (component None).
+    """A labeller's answer about a component of M_o, or about the whole mask (component None).
 
     Attributes:
         raw: its words.

@@ -115,7 +115,7 @@ class NetDetector:
         return job.probability
 
     def _take(self, job: _Job) -> list[_Job]:
-        """Take a job and others of its size off the list."""
+        """Take a job, and others of its size, from the queue."""
         with self._list:
             others = [
                 other

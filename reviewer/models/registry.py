@@ -1,4 +1,4 @@
-"""Build models by name; unknown names are told which there are.
+"""Build models by name; the error for an unknown name lists the known ones.
 
 Builders import their module when called, so naming a model costs nothing.
 """
@@ -225,7 +225,7 @@ def build_segmenter(name: str, settings: Mapping[str, Any] | None = None) -> Seg
 
 
 def segmenter_reads(name: str) -> frozenset[Reads]:
-    """Return what a segmenter looks at beside the images; nothing where its output is imported."""
+    """Return what a segmenter reads besides the images; nothing where its output is imported."""
     return SEGMENTER_READS.get(name, frozenset())
 
 

@@ -1,4 +1,4 @@
-"""What people write on the command line for a member: NAME, NAME:PATH, stage.setting=value."""
+"""How the command line names a member and its settings: NAME, NAME:PATH, stage.setting=value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which stages of a pair are still to be done, and the keys that say out of what.
+"""Which stages of a pair are still to be done, and the keys of their inputs.
 
     align ─▶ detect ─▶ label ─▶ search ─▶ integrate
 
@@ -34,7 +34,7 @@ STAGE_VERSIONS: dict[Stage, int] = {
 
 @dataclass(frozen=True, slots=True)
 class PairPlan:
-    """Stages of a pair: `keys` of all that are wanted or read, `todo` in their order."""
+    """Stages of a pair: `keys` of all that are needed, `todo` in their order."""
 
     keys: dict[Stage, str]
     todo: tuple[Stage, ...]

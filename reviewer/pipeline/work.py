@@ -35,7 +35,7 @@ from reviewer.words import SIDES, Side, Stage
 
 @dataclass(slots=True)
 class Known:
-    """What is known of a pair; None = not yet."""
+    """The results of a pair so far; None = not yet."""
 
     alignment: StoredAlignment | None = None
     detection: StoredDetection | None = None
@@ -54,7 +54,7 @@ class PairTask:
 
 @dataclass(slots=True)
 class PairOutcome:
-    """What was done for a pair, and the stage that could not be done with the reason."""
+    """What was done for a pair, and the stage that failed with the reason."""
 
     pair: Pair
     results: list[StageResult] = field(default_factory=list)
@@ -169,7 +169,7 @@ class Bench:
 
     def _search(self) -> Sequence[ObjectInstance]:
         if self._members.segmenter is None:
-            # Imported objects are there already; a pair without any has been searched in vain.
+            # Imported objects are there already; where there are none, none were found.
             self._known.objects = self._known.objects or []
             return self._known.objects
         warped, valid = self._warp

@@ -40,7 +40,7 @@ class FoundObject:
 
 @dataclass(frozen=True, slots=True)
 class PairData:
-    """A pair, and its arrays as they are asked for.
+    """A pair; its arrays are loaded on demand.
 
     Attributes:
         pair: names, paths, poses, sizes; `pair.title` is "split/name".

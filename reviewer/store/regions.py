@@ -122,7 +122,7 @@ def load_prediction(store: Store, run_id: int, pair_id: int, method: Method) -> 
 
 
 def load_final_mask(store: Store, run_id: int, pair_id: int) -> Rle | None:
-    """Return what a run says in the end: the audited mask where people gave verdicts, else the one
+    """Return a run's final mask: the audited one where people gave verdicts, else the one
     with DoI; None before either."""
     audited = load_prediction(store, run_id, pair_id, "audited")
     return audited or load_prediction(store, run_id, pair_id, "doi")

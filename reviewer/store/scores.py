@@ -18,7 +18,7 @@ from reviewer.words import Method, Standing
 
 @dataclass(frozen=True, slots=True)
 class StaleScore:
-    """A prediction whose counts are missing or speak of an older revision."""
+    """A prediction whose counts are missing or belong to an older revision."""
 
     run_id: int
     pair_id: int

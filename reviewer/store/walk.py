@@ -1,4 +1,4 @@
-"""The audit's way through the regions of a run: which ones wait, and in what order of doubt."""
+"""The audit's queue: which regions of a run wait for a verdict, and in which order."""
 
 from __future__ import annotations
 

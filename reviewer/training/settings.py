@@ -86,7 +86,7 @@ class TrainingSettings:
 
     @property
     def threshold(self) -> float:
-        """Where an unweighted loss would have said 0.5: a weight of w raises p / (1 - p) w-fold."""
+        """The counterpart of 0.5 without weights: a weight of w raises p / (1 - p) w-fold."""
         unchanged, changed = self.class_weights
         return changed / (unchanged + changed)
 

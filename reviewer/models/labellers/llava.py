@@ -48,7 +48,7 @@ LEAST_MARGIN_PX = 16
 
 @dataclass
 class LlavaLabeller:
-    """Asks LLaVA about the change, cut out with some of what surrounds it.
+    """Asks LLaVA about the change, cropped with some of its surroundings.
 
     Attributes:
         checkpoint: directory or hub id.
@@ -98,7 +98,7 @@ class LlavaLabeller:
         self._net.to(self._device).eval()
 
     def _prepare(self) -> None:
-        """What is done to the net before its weights are noted."""
+        """Modifies the net before its weights are fingerprinted."""
 
     def name(self, live: Image, change: Mask, split: str) -> tuple[Said, ...]:
         """Return the answers about M_o; nothing for an empty mask."""

@@ -64,7 +64,7 @@ def full_settings(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def untold_settings(name: str) -> dict[str, Any]:
-    """Return the defaults of those settings that neither keys nor shapes of a file tell."""
+    """Return the defaults of those settings that cannot be read from a file's keys and shapes."""
     return {k: v for k, v in full_settings(name, {}).items() if k in ("refinement", "relu")}
 
 

@@ -37,7 +37,7 @@ FORMAT = "reviewer-checkpoint"
 
 @dataclass(frozen=True, slots=True)
 class NetRecord:
-    """What is known of a net's weights.
+    """The record of a net's weights.
 
     Attributes:
         net, width, settings: see `build_net`; of TANet and DR-TANet `refinement` and `relu` too,
@@ -79,7 +79,7 @@ class NetRecord:
             raise InvalidInput(f"changed_class: must be 0 or 1, but is {self.changed_class}")
 
     def arithmetic(self) -> dict[str, Any]:
-        """Return what decides, beside the weights, which probabilities a pair gets.
+        """Return what determines the probabilities of a pair besides the weights.
 
         Only what differs from a net's defaults as early versions had them: the keys of their
         results stay what they are.
@@ -96,7 +96,7 @@ class NetRecord:
 
 
 def save_checkpoint(path: Path, net: nn.Module, record: NetRecord) -> None:
-    """Write weights and record in place of an earlier file, whole or not at all.
+    """Replace a file by weights and record, completely or not at all.
 
     Raises:
         OSError: when it cannot be written (disk full); the earlier file stays.

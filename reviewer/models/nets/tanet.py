@@ -26,7 +26,7 @@ DYNAMIC = (7, 5, 3, 1)
 
 
 class TaNet(nn.Module):
-    """Two pictures to two logits a pixel; the second logit speaks for change."""
+    """Two pictures to two logits per pixel; the second logit stands for change."""
 
     multiple = 32
     keeps_to_its_size = False

@@ -18,7 +18,7 @@ class Engine(Protocol):
     """Does tasks, in any order."""
 
     def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairOutcome]:
-        """Yield one outcome a task.
+        """Yield one outcome per task.
 
         Raises:
             InvalidInput: when the run's models cannot be built where the work is done.
@@ -27,10 +27,10 @@ class Engine(Protocol):
 
 
 class LateWorker:
-    """Does tasks where it lives; models are built with the first one, where errors can be told."""
+    """Does tasks in its own process; the first one builds the models, so errors are told."""
 
     def __init__(self, settings: dict[str, Any]) -> None:
-        """Take a run's settings as a record, which any process can be sent."""
+        """Take a run's settings as a record, which can be sent to any process."""
         self._settings = settings
         self._worker: PairWorker | None = None
 
@@ -43,7 +43,7 @@ class LateWorker:
 
 
 def lost(task: PairTask, what: str) -> PairOutcome:
-    """Return the outcome of a task that takes its worker down with it."""
+    """Return the outcome of a task that killed its worker."""
     stage = task.todo[0][0]
     reason = f"the {what} died over this pair, twice: out of memory, or a crash in a library"
     return PairOutcome(task.pair, failure=(stage, reason))
