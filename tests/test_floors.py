@@ -17,6 +17,7 @@ FLOOR = {
     "cli": 5,
     "app": 4,
     "editing": 3,
+    "flows": 3,
     "dataset": 2,
     "synthesis": 2,
     "training": 2,

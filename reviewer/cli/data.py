@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reviewer.cli.options import DEFAULT_DB, Database, Splits, app, open_store, progress_bar
+from reviewer.cli.options import DEFAULT_DB, TERMINAL, Database, Splits, app, open_store
 from reviewer.errors import InvalidInput
 from reviewer.words import AnnotationTool, Heading, LayerKind, Layout, Polarity
 
 if TYPE_CHECKING:
-    from reviewer.dataset.settings import ImportSettings
-    from reviewer.store.database import Store
+    from reviewer.dataset.importer import ImportReport
 
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Read and check everything, and say what would happen.")
@@ -69,6 +69,7 @@ def import_(
     from tempfile import TemporaryDirectory
 
     from reviewer.dataset.settings import ImportSettings
+    from reviewer.flows.importing import import_splits
 
     settings = ImportSettings(
         layout=layout,
@@ -86,7 +87,10 @@ def import_(
         # What would happen leaves no database behind where there was none.
         place = Path(nowhere) / "reviewer.db" if dry_run and not db.exists() else db
         with open_store(place, create=True) as store:
-            import_all(store, folder, settings, split, dry_run=dry_run)
+            print_imports(
+                import_splits(store, folder, settings, split, dry_run=dry_run, listener=TERMINAL),
+                dry_run=dry_run,
+            )
 
 
 def _colour(text: str) -> tuple[int, int, int]:
@@ -193,33 +197,7 @@ def import_layer(
     typer.echo(f"next: reviewer run all --name {opened.name}")
 
 
-def import_all(
-    store: Store,
-    folder: Path,
-    settings: ImportSettings,
-    split: str | None = None,
-    *,
-    dry_run: bool = False,
-) -> None:
-    from reviewer.dataset.importer import import_split
-    from reviewer.dataset.layouts import find_splits
-
-    found = find_splits(folder, settings.layout)
-    if split is not None and len(found) > 1:
-        raise InvalidInput(f"--split {split}: {folder} holds {len(found)} splits, name one folder")
-    reports = []
-    with progress_bar("import") as bar:
-        for name, place in found:
-            reports.append(
-                import_split(
-                    store,
-                    split or name,
-                    place,
-                    settings,
-                    lambda s, n, t: bar(n, t, s),
-                    dry_run=dry_run,
-                )
-            )
+def print_imports(reports: Sequence[ImportReport], *, dry_run: bool = False) -> None:
     for report in reports:
         for path, reason in report.skipped:
             typer.echo(f"skipped {path}: {reason}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -104,6 +104,21 @@ def progress_bar(title: str) -> Iterator[Any]:
             progress.update(task, completed=done, total=total, description=what)
 
         yield advance
+
+
+class Terminal:
+    """Says what a flow says, and shows how far it is."""
+
+    def say(self, sentence: str) -> None:
+        """Print it."""
+        typer.echo(sentence)
+
+    def progress(self, title: str) -> AbstractContextManager[Any]:
+        """Show a progress bar."""
+        return progress_bar(title)
+
+
+TERMINAL = Terminal()
 
 
 def _minute_lines(title: str) -> Callable[[int, int | None, str], None]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,6 +10,7 @@ import typer
 
 from reviewer.cli.options import (
     DEFAULT_DB,
+    TERMINAL,
     Database,
     Splits,
     app,
@@ -33,7 +34,7 @@ from reviewer.words import (
 
 if TYPE_CHECKING:
     from reviewer.evaluation.protocols import Protocol
-    from reviewer.records import Run
+    from reviewer.pipeline.runner import RunReport
     from reviewer.store.database import Store
     from reviewer.words import Standing
 
@@ -77,6 +78,7 @@ def run(
     db: Database = DEFAULT_DB,
 ) -> None:
     """Run the pipeline; pairs that are done are not done again, so a killed run resumes."""
+    from reviewer.flows.running import RunOrder, run_stages
     from reviewer.pipeline.choices import FILES, read_member, read_settings
     from reviewer.pipeline.settings import IMPORTED, PipelineSettings
     from reviewer.store.runs import list_runs
@@ -115,17 +117,17 @@ def run(
         for place, own in members.items():
             kept[place] = {**kept.get(place, {}), **own}
         settings = PipelineSettings.of_record({**stored, **given, "model_settings": kept})
-        run_stages(
-            store,
-            name,
+        order = RunOrder(
             settings,
+            name,
             stage,
-            split,
-            workers,
+            tuple(split or ()),
+            folders=folders,
+            workers=workers,
             engine=engine,
             address=address,
-            folders=folders,
         )
+        print_run(run_stages(store, order, TERMINAL))
 
 
 @app.command()
@@ -276,51 +278,8 @@ def _print_shapes(
         typer.echo(format_rows(rows, form))
 
 
-def run_stages(
-    store: Store,
-    name: str | None,
-    settings: Any,
-    stage: str,
-    split: list[str] | None,
-    workers: int,
-    *,
-    engine: EngineName = "local",
-    address: str | None = None,
-    folders: Mapping[str, Path] | None = None,
-    only: Sequence[int] | None = None,
-) -> None:
-    """Open the run, bring in the layers of `folders`, do the stages (of some pairs, if named); exit
-    1 when pairs failed."""
-    from reviewer.pipeline.members import build_members
-    from reviewer.pipeline.runner import prepare_run, run_pipeline, works_here
-    from reviewer.store.pairs import pair_ids
-    from reviewer.words import STAGES
-
-    built = build_members(settings)
-    for remark in built.remarks():
-        typer.echo(remark)
-    opened = prepare_run(store, name, settings, built)
-    # Elsewhere every worker builds its own; the memory is needed for those.
-    members = built if works_here(engine, workers) else None
-    del built
-    for place, folder in (folders or {}).items():
-        _bring_in(store, opened, place, folder, split)
-    with progress_bar(opened.name) as bar:
-        report = run_pipeline(
-            store,
-            opened,
-            pair_ids(store, split or []) if only is None else only,
-            stages=[wanted for wanted in STAGES if stage in (wanted, "all")],
-            engine=engine,
-            address=address,
-            workers=workers,
-            members=members,
-            progress=lambda r: bar(
-                r.done + r.already_done + len(r.failures),
-                r.total,
-                f"{stage}, {r.pairs_per_s:.1f} pairs/s",
-            ),
-        )
+def print_run(report: RunReport) -> None:
+    """Say what a run did; exit 1 when pairs failed."""
     for failure in report.failures:
         typer.echo(f"failed: {failure}")
     before = f"{report.already_done} were done before"
@@ -332,22 +291,6 @@ def run_stages(
     )
     if report.failures:
         raise typer.Exit(1)
-
-
-def _bring_in(store: Store, run: Run, stage: str, folder: Path, split: list[str] | None) -> None:
-    from reviewer.dataset.layers import import_layer
-    from reviewer.pipeline.fields import packing
-    from reviewer.store.pairs import list_pairs
-    from reviewer.words import LayerKind
-
-    kinds: dict[str, list[tuple[LayerKind, Path]]] = {
-        "align": [("alignment", folder)],
-        "detect": [("detection", folder)],
-        "search": [("live-objects", folder / "live"), ("reference-objects", folder / "reference")],
-    }
-    for kind, place in kinds[stage]:
-        found = import_layer(store, run, kind, place, list_pairs(store, split or []), packing(run))
-        typer.echo(f"{kind}: {found.imported} pairs from {place}")
 
 
 def print_scores(

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from reviewer.cli.data import import_all
-from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, progress_bar
-from reviewer.cli.pipeline import print_scores, run_stages
+from reviewer.cli.data import print_imports
+from reviewer.cli.options import DEFAULT_DB, TERMINAL, Database, app, open_store, progress_bar
+from reviewer.cli.pipeline import print_run, print_scores
 from reviewer.errors import InvalidInput
 
 ClickModel = Annotated[
@@ -50,6 +50,8 @@ def demo(
     """Render the demo world, import it, run the weight-free pipeline, and open the app."""
     from reviewer.dataset.demo.world import plan_splits, render_world
     from reviewer.dataset.settings import ImportSettings
+    from reviewer.flows.importing import import_splits
+    from reviewer.flows.running import RunOrder, run_stages
     from reviewer.pipeline.settings import PipelineSettings
 
     secret = _secret(token, token_file)
@@ -64,8 +66,8 @@ def demo(
             done += pairs
             bar(done, total, name)
     with open_store(data / "reviewer.db", create=True) as store:
-        import_all(store, data, ImportSettings())
-        run_stages(store, None, PipelineSettings(), "all", None, workers)
+        print_imports(import_splits(store, data, ImportSettings(), listener=TERMINAL))
+        print_run(run_stages(store, RunOrder(PipelineSettings(), workers=workers), TERMINAL))
         print_scores(store, None, "table")
     if not check:
         _serve(data / "reviewer.db", host, port, secret, [], [], click)

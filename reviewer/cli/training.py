@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reviewer.cli.fitting import Folding, Order, train_on_synthesis, train_on_truth
-from reviewer.cli.options import DEFAULT_DB, Database, app, open_store
+from reviewer.cli.options import DEFAULT_DB, TERMINAL, Database, app, open_store
+from reviewer.cli.pipeline import print_run
 from reviewer.cli.synthesis import (
     Category,
     Coco,
@@ -22,9 +23,11 @@ from reviewer.cli.synthesis import (
     read_synthesis,
 )
 from reviewer.errors import InvalidInput
-from reviewer.words import FoldKind, NetName, Precision, Preprocessing, RecipeName
+from reviewer.words import FoldKind, NetName, Precision, Preprocessing, RecipeName, TrainedOn
 
 if TYPE_CHECKING:
+    from reviewer.flows.training import Folding, TrainingOrder
+    from reviewer.store.database import Store
     from reviewer.synthesis.bank import Bank
 
 
@@ -125,40 +128,35 @@ def train(
     db: Database = DEFAULT_DB,
 ) -> None:
     """Train a detector on synthetic pairs, or on ground truth; the same command again goes on."""
+    from reviewer.flows.training import Folding
     from reviewer.store.runs import clean_run_name
-    from reviewer.training.recipes import check_paper, make_recipe
+    from reviewer.training.recipes import check_paper
 
     given = {"iterations": iterations, "batch": batch, "lr": lr, "clip_norm": clip_norm}
     of_net = {"level": level, "strength": strength, "source": source, "window": window}
-    training = {
-        "width": width,
-        "net_settings": {key: value for key, value in of_net.items() if value is not None},
-        "crop_px": crop,
-        "class_weights": (1.0, class_weight),
-        "preprocessing": preprocessing,
-        "precision": precision,
-        "validate_every": validate_every,
-        "validation_pairs": validation_pairs,
-        "seed": seed,
-        **{key: value for key, value in given.items() if value is not None},
-    }
-    followed = make_recipe(recipe, detector, training, read_synthesis(synthesis))
-    backbone = None if backbone_weights == "none" else Path(backbone_weights)
-    if recipe == "paper":
-        _refuse({"--from-ground-truth": from_ground_truth}, "is no part of --recipe paper")
-        check_paper(backbone, coco)
-        for what, (here, there) in followed.differences().items():
-            typer.echo(f"recipe paper, {what}: {here} (default {there})")
-    if backbone is None and start is None:
-        typer.echo("encoders start from random weights (--backbone-weights takes a ResNet-18)")
-    order = Order(
+    options = Options(
+        detector,
         clean_run_name(name or (f"{detector}-truth" if from_ground_truth else detector)),
-        followed,
-        [each for text in split or [] for each in text.split(",")],
-        backbone,
+        recipe,
+        {
+            "width": width,
+            "net_settings": {key: value for key, value in of_net.items() if value is not None},
+            "crop_px": crop,
+            "class_weights": (1.0, class_weight),
+            "preprocessing": preprocessing,
+            "precision": precision,
+            "validate_every": validate_every,
+            "validation_pairs": validation_pairs,
+            "seed": seed,
+            **{key: value for key, value in given.items() if value is not None},
+        },
+        read_synthesis(synthesis),
+        tuple(each for text in split or [] for each in text.split(",")),
+        None if backbone_weights == "none" else Path(backbone_weights),
         start,
         workers,
         epochs,
+        lambda store: open_bank(store, coco, images, category, least_area, seed),
     )
     labelled = {
         "--by": by,
@@ -169,26 +167,78 @@ def train(
     }
     share = 0.5 if synthetic_share is None else synthetic_share
     pasted = {"--coco": coco, "--images": images, "--category": category, "--synthesis": synthesis}
+    if recipe == "paper":
+        _refuse({"--from-ground-truth": from_ground_truth}, "is no part of --recipe paper")
+        check_paper(options.backbone, coco)
     if epochs:
         _refuse({"--iterations": iterations}, "and --epochs say the same; give one of them")
-    if from_ground_truth and not share:
-        _refuse(pasted, "is about synthetic pairs, of which --synthetic-share 0 shows none")
     if not from_ground_truth:
         _refuse(labelled, "belongs to --from-ground-truth, which is not given")
-    else:
-        _refuse(
-            {"--epochs": epochs}, "counts reference images; with --from-ground-truth, --iterations"
+        _train_on_synthesis(options, train_on, db)
+        return
+    if not share:
+        _refuse(pasted, "is about synthetic pairs, of which --synthetic-share 0 shows none")
+    _refuse({"--epochs": epochs}, "counts reference images; with --from-ground-truth, --iterations")
+    folding = Folding(by or "workspace", parts or 5, warped_by, tuple(state or ()), share)
+    _train_on_truth(options, folding, db)
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What both ways to train read from the command line."""
+
+    detector: NetName
+    title: str
+    recipe: RecipeName
+    training: dict[str, Any]
+    synthesis: dict[str, Any]
+    splits: tuple[str, ...]
+    backbone: Path | None
+    start: Path | None
+    workers: int
+    epochs: int | None
+    open_bank: Callable[[Store], Bank]
+
+    def order(self) -> TrainingOrder:
+        """Return what is to be trained, and say where it is not what people might expect."""
+        from reviewer.flows.training import TrainingOrder
+        from reviewer.training.recipes import make_recipe
+
+        recipe = make_recipe(self.recipe, self.detector, self.training, self.synthesis)
+        if recipe.name == "paper":
+            for what, (here, there) in recipe.differences().items():
+                typer.echo(f"recipe paper, {what}: {here} (default {there})")
+        if self.backbone is None and self.start is None:
+            typer.echo("encoders start from random weights (--backbone-weights takes a ResNet-18)")
+        return TrainingOrder(
+            self.title, recipe, self.splits, self.backbone, self.start, self.workers, self.epochs
         )
+
+
+def _train_on_synthesis(options: Options, train_on: TrainedOn, db: Path) -> None:
+    from reviewer.flows.training import train_on_synthesis
+
+    order = options.order()
     with open_store(db) as store:
+        done = train_on_synthesis(
+            store, order, train_on, lambda: options.open_bank(store), TERMINAL
+        )
+        best = order.folder(store) / order.recipe.weights
+    typer.echo(
+        f"{order.title}: {done.iteration} iterations; best F on synthetic validation"
+        f" {done.best_f:.4f} at iteration {done.best_iteration}"
+    )
+    typer.echo(f"next: reviewer run --detector {options.detector}:{best}")
 
-        def bank() -> Bank:
-            return open_bank(store, coco, images, category, least_area, seed)
 
-        if from_ground_truth:
-            folding = Folding(by or "workspace", parts or 5, warped_by, tuple(state or ()))
-            train_on_truth(store, order, folding, bank, share)
-        else:
-            train_on_synthesis(store, order, train_on, bank)
+def _train_on_truth(options: Options, folding: Folding, db: Path) -> None:
+    from reviewer.flows.training import train_on_truth
+
+    order = options.order()
+    with open_store(db) as store:
+        report = train_on_truth(store, order, folding, lambda: options.open_bank(store), TERMINAL)
+    print_run(report)
+    typer.echo(f"next: reviewer evaluate --run {order.title}; reviewer evaluate --table-a")
 
 
 def _refuse(given: Mapping[str, object], why: str) -> None:

@@ -26,9 +26,10 @@ from reviewer.training.settings import TrainingSettings
 
 @dataclass(frozen=True, slots=True)
 class Reports:
-    """Receives the steps and validations of each fold."""
+    """Receives the steps, checkpoints (their folder) and validations of each fold."""
 
     step: Callable[[FoldData, Step], None]
+    checkpoint: Callable[[Path], None]
     validated: Callable[[FoldData, Validated], None]
 
 
@@ -62,6 +63,7 @@ def fit_folds(
             start=start,
             workers=workers,
             on_step=lambda step, each=each: reports.step(each, step),  # type: ignore[misc]
+            on_checkpoint=reports.checkpoint,
             on_validation=lambda at, each=each: reports.validated(each, at),  # type: ignore[misc]
         )
         if each.shelf is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +11,13 @@ from reviewer.atomic import whole_file
 from reviewer.training.log import read_log
 
 
-def draw_curve(log: Path, target: Path, title: str) -> None:
-    """Write the curve of `log` as a PNG."""
+def draw_curve(folder: Path) -> None:
+    """Write `curve.png` of the training in a folder, from its log and its record."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    rows = read_log(log)
+    rows = read_log(folder / "log.csv")
+    known = json.loads((folder / "training.json").read_text(encoding="utf-8"))["training"]
     iterations = np.array([int(row["iteration"]) for row in rows])
     loss = np.array([float(row["loss"]) for row in rows])
     figure = Figure(figsize=(8, 5.2), layout="constrained")
@@ -41,8 +43,8 @@ def draw_curve(log: Path, target: Path, title: str) -> None:
     for axes in (upper, lower):
         axes.grid(alpha=0.25)
         axes.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(title)
-    with whole_file(target) as file:
+    figure.suptitle(f"{known['net']}, width {known['width']:g}")
+    with whole_file(folder / "curve.png") as file:
         figure.savefig(file, format="png", dpi=110)
 
 

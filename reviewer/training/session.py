@@ -4,7 +4,7 @@
     last.pt    the newest weights
     state.pt   what the training goes on from, written after the other two
     log.csv    loss of every iteration, scores of every validation
-    curve.png  the same as a picture
+    curve.png  the same as a picture, where the caller draws it
     pairs.png  what the net is shown
     training.json   all settings and hashes; a folder keeps to one training
 
@@ -28,7 +28,6 @@ from torch import nn
 from reviewer.atomic import whole_file
 from reviewer.dataset.files import hash_file
 from reviewer.errors import Conflict, InvalidInput
-from reviewer.extras import need
 from reviewer.metrics import Counts, f_score, precision, recall
 from reviewer.models.device import best_device, choose_precision
 from reviewer.models.nets.backbone import load_backbone
@@ -41,7 +40,6 @@ from reviewer.models.nets.checkpoints import (
     save_whole,
 )
 from reviewer.synthesis.folder import SHEET_PAIRS, contact_sheet
-from reviewer.training.curve import draw_curve
 from reviewer.training.log import Log
 from reviewer.training.loop import Fit, Step, TrainingFailed
 from reviewer.training.settings import TrainingSettings
@@ -87,6 +85,7 @@ def train(
     recipe: Mapping[str, Any] | None = None,
     workers: int = 0,
     on_step: Callable[[Step], None] = lambda step: None,
+    on_checkpoint: Callable[[Path], None] = lambda folder: None,
     on_validation: Callable[[Validated], None] = lambda validated: None,
 ) -> Validated:
     """Train to the end, resuming the folder's training.
@@ -95,6 +94,7 @@ def train(
         backbone: ResNet-18 weights that the encoders start from.
         start: checkpoint of the same net that the whole of it starts from.
         recipe: what the record says of the recipe that the settings follow.
+        on_checkpoint: called with the folder after each checkpoint and before its state is written.
 
     Raises:
         InvalidInput: when `start` is of another net or width.
@@ -102,7 +102,6 @@ def train(
         TrainingFailed: when the loss is not finite, or a checkpoint cannot be written (disk full);
             the folder keeps the last one.
     """
-    need("train", "matplotlib")  # its curve is drawn with every checkpoint
     settings = replace(settings, precision=choose_precision(settings.precision, best_device()))
     torch.manual_seed(settings.seed)
     net = build_net(settings.net, settings.width, **settings.net_settings)
@@ -143,7 +142,7 @@ def train(
             step.iteration if better else at.best_iteration,
         )
         try:
-            _save(folder, fit, identity, at, log, data.kind, better=better)
+            _save(folder, fit, identity, at, log, data.kind, on_checkpoint, better=better)
         except OSError as error:
             raise TrainingFailed(
                 f"iteration {step.iteration}: its checkpoint could not be written, {error};"
@@ -182,19 +181,18 @@ def _save(
     at: Validated,
     log: Log,
     kind: str,
+    on_checkpoint: Callable[[Path], None],
     *,
     better: bool,
 ) -> None:
-    """Write checkpoints, log and curve; the state comes last, so it is never ahead of the rest."""
-    settings, counts = fit.settings, at.counts
+    """Write checkpoints and log; the state comes last, so it is never ahead of the rest."""
+    counts = at.counts
     record = _record(fit, identity, at, kind)
     for name in ("best.pt", "last.pt") if better else ("last.pt",):
         save_checkpoint(folder / name, fit.net, record)
     log.validated(at.iteration, precision(counts), recall(counts), f_score(counts))
     log.flush()
-    draw_curve(
-        folder / "log.csv", folder / "curve.png", f"{settings.net}, width {settings.width:g}"
-    )
+    on_checkpoint(folder)
     best = {"best_f": at.best_f, "best_iteration": at.best_iteration}
     save_whole(folder / "state.pt", {"fit": fit.state(), **best})
 

@@ -20,6 +20,7 @@ from reviewer.models.nets.checkpoints import load_checkpoint
 from reviewer.synthesis.bank import Bank, Cutout
 from reviewer.synthesis.pairs import TRAINING
 from reviewer.synthesis.settings import SynthesisSettings
+from reviewer.training.curve import draw_curve
 from reviewer.training.loop import Fit, TrainingFailed
 from reviewer.training.session import train
 from reviewer.training.settings import TrainingSettings
@@ -91,7 +92,9 @@ def _counted(fit, pairs):
 
 def test_a_training_leaves_what_a_run_needs(data, tmp_path):
     seen = []
-    done = train(tmp_path / "a", settings(), data, on_validation=seen.append)
+    done = train(
+        tmp_path / "a", settings(), data, on_checkpoint=draw_curve, on_validation=seen.append
+    )
     assert [at.iteration for at in seen] == [2, 4, 6] and done == seen[-1]
     names = {path.name for path in (tmp_path / "a").iterdir()}
     assert names == {
