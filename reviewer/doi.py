@@ -17,31 +17,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from reviewer.errors import InvalidInput
 from reviewer.masks import Crop, Mask, as_mask, components, crop_to_box, intersection_over_union
+from reviewer.words import Choice, Overlaps, Reason, Scope, Seen
 
 LOW = 0.0
 HIGH = 0.9
-
-Scope = Literal["image", "component"]
-Overlaps = Literal["best", "all"]
-Seen = Literal["keep", "reject"]
-Choice = Literal["adopt", "keep", "reject"]
-Reason = Literal[
-    "between_thresholds",  # low < DoI < high: the object replaces the detector's components
-    "seen_in_reference",  # f_b = 0: the object was there before (kept, or rejected by `seen`)
-    "agrees",  # DoI <= low although f_b = 1: detector and object are the same mask
-    "too_ill_posed",  # DoI >= high: look again
-    "no_detection",  # M_o is empty: the output is empty
-    "no_object",  # O_l is empty: DoI = 1, M_o is kept
-    "outside_warp",  # no pixel of the object lies where the warp is valid
-    "better_object",  # adoptable, but another object fits the shared component better
-]
 
 
 @dataclass(frozen=True, slots=True)

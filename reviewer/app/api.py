@@ -42,6 +42,7 @@ from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import list_progress, list_queue
 from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.revisions import list_revisions, newest_revision, revision_of_number
+from reviewer.words import PairLayer
 
 CACHED_PICTURES = 160
 PNG: dict[str, Any] = {"image/png": {"schema": {"type": "string", "format": "binary"}}}
@@ -198,7 +199,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     )
     def get_layer(
         pair_id: Id,
-        layer: m.LayerName,
+        layer: PairLayer,
         run: Key | None = None,
         v: Word | None = None,
         judged: bool = True,

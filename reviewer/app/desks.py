@@ -19,13 +19,13 @@ from typing import Any
 from reviewer import __version__
 from reviewer.app.details import choose_run
 from reviewer.app.frame_messages import Filtered, Joining, Ready, ToFrame
-from reviewer.records import Run, TeamState
+from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_splits, pair_ids, pair_of_id
-from reviewer.store.queue import Order, QueueEntry, list_queue
+from reviewer.store.queue import QueueEntry, list_queue
 from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.runs import list_runs
-from reviewer.store.skips import PairState
+from reviewer.words import PairState, QueueOrder, TeamState
 
 Send = Callable[[ToFrame], None]
 EVERYTHING = 100_000
@@ -54,7 +54,7 @@ class Desk:
     split: str | None = None
     state: PairState | None = None
     team: TeamState | None = None
-    order: Order = "name"
+    order: QueueOrder = "name"
     only: frozenset[int] | None = None
     pair_id: int | None = None
     shown_id: int | None = None

@@ -20,7 +20,7 @@ from reviewer.geometry import Grid, Pose2, cell_centre
 from reviewer.records import OccupancyMap, Pair
 from reviewer.store.pairs import list_maps, list_pairs, list_splits, pair_of_id
 from reviewer.store.queue import QueueEntry
-from reviewer.store.skips import PairState
+from reviewer.words import PairState
 
 CAMERA_HEIGHT = 0.45
 WALL_HEIGHT = 0.35

@@ -16,6 +16,7 @@ from reviewer.app.desks import Desk
 from reviewer.evaluation.outcomes import RunTerms, refresh_terms, run_terms
 from reviewer.evaluation.rules import Rule, rule_of_run, vary_rule
 from reviewer.records import Run
+from reviewer.words import SCOPES, SEEN
 
 STEPS = 101
 FAINT = "rgba(128,140,155,0.45)"
@@ -44,12 +45,12 @@ class WhatIfPanel:
             self._high = gui.add_slider("high", 0.0, 1.01, 0.01, 0.9, visible=False)
             self._low = gui.add_slider("low", 0.0, 1.0, 0.01, 0.0, visible=False)
             self._tolerance = gui.add_slider("max overlap px", 0, 300, 1, 0, visible=False)
-            self._scope = gui.add_dropdown("scope", ("component", "image"), visible=False)
+            self._scope = gui.add_dropdown("scope", SCOPES, visible=False)
             nothing = (np.zeros(2), np.zeros(2))
             empty = (uplot.Series(label=""), uplot.Series(label=""))
             self._seen = gui.add_dropdown(
                 "f_b = 0",
-                ("keep", "reject"),
+                SEEN,
                 visible=False,
                 hint="What happens to a region when the reference shows an object there, too",
             )

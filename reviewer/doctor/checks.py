@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Literal
 
 from reviewer.dataset.files import hash_file
 from reviewer.errors import InvalidInput, ReviewerError
@@ -22,8 +21,8 @@ from reviewer.extras import EXTRAS
 from reviewer.models.presets import PRESETS
 from reviewer.store.database import Store
 from reviewer.store.integrity import damage, list_image_files
+from reviewer.words import Finding
 
-Verdict = Literal["good", "note", "bad"]
 LEAST_FREE = 2 * 2**30
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "microsoft-edge")
 SHOWN = 5
@@ -34,7 +33,7 @@ class Check:
     """One check: its subject, its state, and the finding."""
 
     subject: str
-    verdict: Verdict
+    verdict: Finding
     found: str
 
 
@@ -131,7 +130,7 @@ def check_disk(db: Path | None) -> Iterator[Check]:
     while not folder.exists():
         folder = folder.parent
     free = shutil.disk_usage(folder).free
-    verdict: Verdict = "good" if free >= LEAST_FREE else "bad"
+    verdict: Finding = "good" if free >= LEAST_FREE else "bad"
     yield Check("disk", verdict, f"{free / 2**30:.1f} GiB free in {folder}")
 
 

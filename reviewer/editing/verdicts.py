@@ -11,7 +11,6 @@ from reviewer.errors import Conflict
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.masks import Rle, encode_rle
 from reviewer.pipeline.stored import compose_audited
-from reviewer.records import Verdict
 from reviewer.store.audits import (
     add_audit,
     audit_of_id,
@@ -21,6 +20,7 @@ from reviewer.store.audits import (
 )
 from reviewer.store.database import Store
 from reviewer.store.regions import load_regions, region_of_id
+from reviewer.words import Verdict
 
 ONE_AT_A_TIME = Lock()
 """Two changes of one pair's verdicts must not both start from the state before either."""

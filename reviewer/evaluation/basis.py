@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reviewer.records import STANDINGS, Standing
 from reviewer.store.database import Store
 from reviewer.store.truth import count_standings, count_unfinished
+from reviewer.words import STANDINGS, Standing
 
 TITLES: dict[Standing, str] = {
     "approved": "approved",

@@ -10,10 +10,10 @@ from reviewer.errors import InvalidInput
 from reviewer.evaluation.predicting import Interval
 from reviewer.evaluation.protocols import Protocol, paired_change, protocol_lines
 from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line, table_lines
-from reviewer.records import Method
 from reviewer.store.database import Store
 from reviewer.store.runs import run_of_name
 from reviewer.store.scores import PairScore, pair_f_scores, pair_scores, split_scores
+from reviewer.words import Method
 
 MOST_CHANGED = 10
 

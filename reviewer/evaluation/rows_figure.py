@@ -21,12 +21,13 @@ from reviewer.errors import NotFound
 from reviewer.evaluation.tables import METHOD_TITLE
 from reviewer.masks import Mask, crop_to_box, decode_rle, union
 from reviewer.metrics import f_score
-from reviewer.records import Method, Pair, Run, Standing
+from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_prediction
 from reviewer.store.scores import pair_scores
 from reviewer.store.truth import truth_of_pair
+from reviewer.words import Method, Standing
 
 Image = npt.NDArray[np.uint8]
 

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from reviewer.doi import HIGH, LOW, Overlaps, Scope, Seen
+from reviewer.doi import HIGH, LOW
 from reviewer.errors import InvalidInput
+from reviewer.words import Overlaps, Scope, Seen
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,9 +27,9 @@ from reviewer.metrics import (
     recall,
     total,
 )
-from reviewer.records import Method, Standing
 from reviewer.store.database import Store
 from reviewer.store.scores import MaskPair, mask_pair, mask_pair_keys
+from reviewer.words import Method, Standing
 
 IOUS = (0.1, 0.25, 0.5)
 TOLERANCES_PX = (1, 2, 3)

@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from reviewer.evaluation.table_a import AUDITED, Row
-from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Form, csv_text, format_rows
+from reviewer.evaluation.tables import MEAN, METHOD_TITLE, csv_text, format_rows
 from reviewer.texts import as_latex, as_markdown
+from reviewer.words import TextFormat
 
 Value = str | int | float | None
 
@@ -60,7 +61,7 @@ def _cell(row: Row, group: str, best: float, bold: str, sign: str) -> str:
     return bold.format(text) if round(row.values[group], 4) == best else text
 
 
-def table_a_text(rows: Sequence[Row], form: Form) -> str:
+def table_a_text(rows: Sequence[Row], form: TextFormat) -> str:
     """Write the table; numbers keep all their digits in JSON and CSV."""
     if form in ("json", "csv"):
         records = [row_record(row, rows) for row in rows]

@@ -12,11 +12,11 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 from reviewer.metrics import Counts, f_score, precision, recall
-from reviewer.records import Method, Score
+from reviewer.records import Score
 from reviewer.texts import as_cell, as_latex, as_markdown
+from reviewer.words import Method, TextFormat
 
 METHOD_TITLE: dict[Method, str] = {
     "base": "without DoI",
@@ -82,10 +82,7 @@ def mean_line(lines: Sequence[Line], weights: Sequence[float] | None = None) -> 
     return Line(run, method, MEAN, pairs, counts, precisions, recalls, scores)
 
 
-Form = Literal["json", "csv", "markdown", "latex"]
-
-
-def format_rows(rows: Sequence[Mapping[str, str | float | None]], form: Form) -> str:
+def format_rows(rows: Sequence[Mapping[str, str | float | None]], form: TextFormat) -> str:
     """Write rows of the same columns as text; numbers keep all their digits in JSON and CSV."""
     if form == "json":
         return json.dumps(rows, indent=1)
@@ -99,7 +96,7 @@ def format_rows(rows: Sequence[Mapping[str, str | float | None]], form: Form) ->
     return "\n".join([*head, *map(_markdown_row, cells)])
 
 
-def format_lines(lines: Sequence[Line], form: Form) -> str:
+def format_lines(lines: Sequence[Line], form: TextFormat) -> str:
     """Write lines as text; numbers keep all their digits in JSON and CSV."""
     rows = [_row(line) for line in lines]
     if form == "latex":

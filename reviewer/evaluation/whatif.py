@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reviewer.doi import Scope, Seen
 from reviewer.evaluation.oracle import Links, best_decisions, highest_f
 from reviewer.evaluation.rules import Rule
 from reviewer.evaluation.term_arrays import (
@@ -26,6 +25,7 @@ from reviewer.evaluation.term_arrays import (
 )
 from reviewer.evaluation.terms import PairTerms
 from reviewer.metrics import Counts
+from reviewer.words import Scope, Seen
 
 
 @dataclass(frozen=True, slots=True)

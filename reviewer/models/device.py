@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import Literal
 
 import torch
 from torch import nn
 
 from reviewer.errors import InvalidInput
-
-Precision = Literal["auto", "float32", "bfloat16"]
+from reviewer.words import Precision
 
 
 def best_device() -> str:

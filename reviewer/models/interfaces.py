@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -120,9 +120,6 @@ class PairView:
     labels: tuple[str, ...]
     reference: Image
     flow: Field
-
-
-Reads = Literal["change", "labels"]
 
 
 class Segmenter(Protocol):

@@ -20,11 +20,12 @@ from torch import Tensor, nn
 
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
-from reviewer.models.device import Precision, best_device, check_weights, choose_precision
+from reviewer.models.device import best_device, check_weights, choose_precision
 from reviewer.models.interfaces import Field, Image, ModelFailed
-from reviewer.models.nets.checkpoints import BatchNormMode, NetRecord, load_checkpoint
+from reviewer.models.nets.checkpoints import NetRecord, load_checkpoint
 from reviewer.models.nets.pictures import change_probability, pad_to_multiple, prepare, stack_pair
 from reviewer.models.nets.windows import through_windows
+from reviewer.words import BatchNormMode, Precision
 
 LEAST_SIDE = 64
 

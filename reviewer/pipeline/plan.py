@@ -16,11 +16,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from reviewer.models.interfaces import Reads
 from reviewer.models.registry import PATHS
 from reviewer.pipeline.settings import IMPORTED, PipelineSettings
 from reviewer.records import Pair
-from reviewer.store.results import GIVEN, STAGES, Stage
+from reviewer.store.results import GIVEN
+from reviewer.words import STAGES, Reads, Stage
 
 # Raised when a stage's own code changes what it makes of the same inputs.
 STAGE_VERSIONS: dict[Stage, int] = {

@@ -15,7 +15,7 @@ from itertools import count
 
 from reviewer.errors import Conflict
 from reviewer.models.registry import segmenter_reads
-from reviewer.pipeline.engines import Engine, EngineName
+from reviewer.pipeline.engines import Engine
 from reviewer.pipeline.members import Members, build_members
 from reviewer.pipeline.plan import Plan
 from reviewer.pipeline.settings import PipelineSettings, current_versions
@@ -24,7 +24,8 @@ from reviewer.records import Pair, Run
 from reviewer.store import layers, runs
 from reviewer.store.database import Store
 from reviewer.store.pairs import pairs_of_ids
-from reviewer.store.results import STAGES, Stage, save_results, stage_keys, take_over
+from reviewer.store.results import save_results, stage_keys, take_over
+from reviewer.words import STAGES, EngineName, Stage
 
 CHUNK = 256
 

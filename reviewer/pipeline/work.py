@@ -26,10 +26,11 @@ from reviewer.models.warping import warp_image
 from reviewer.pipeline.fields import load_flow, store_alignment, store_detection
 from reviewer.pipeline.members import Members
 from reviewer.pipeline.settings import PipelineSettings
-from reviewer.records import ObjectInstance, Pair, Side
+from reviewer.records import ObjectInstance, Pair
 from reviewer.store.layers import StoredAlignment, StoredDetection, StoredLabel
 from reviewer.store.regions import StoredIntegration
-from reviewer.store.results import Content, Stage, StageResult
+from reviewer.store.results import Content, StageResult
+from reviewer.words import SIDES, Side, Stage
 
 
 @dataclass(slots=True)
@@ -188,10 +189,9 @@ class Bench:
             load_flow(self._aligned()),
         )
         found = self._members.segmenter.segment(view)
-        sides: tuple[Side, Side] = ("live", "reference")
         self._known.objects = [
             _object(side, number, thing, change.shape)
-            for side, things in zip(sides, (found.live, found.reference), strict=True)
+            for side, things in zip(SIDES, (found.live, found.reference), strict=True)
             for number, thing in enumerate(things)
         ]
         return self._known.objects

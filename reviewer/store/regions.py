@@ -11,9 +11,10 @@ from typing import Any
 from reviewer.doi import Region
 from reviewer.errors import Conflict
 from reviewer.masks import Rle
-from reviewer.records import Method, StoredRegion
+from reviewer.records import StoredRegion
 from reviewer.store.database import Store, mask_columns, require
 from reviewer.store.revisions import rle_of_row
+from reviewer.words import Method
 
 REGIONS = """
 SELECT g.*, d.verdict, d.annotator, d.verdict_reason, d.comment, d.labels FROM regions g

@@ -12,7 +12,6 @@ import json
 import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 from reviewer.errors import NotFound
 from reviewer.records import ObjectInstance
@@ -27,9 +26,8 @@ from reviewer.store.layers import (
     put_objects,
 )
 from reviewer.store.regions import StoredIntegration, put_integration
+from reviewer.words import Stage
 
-Stage = Literal["align", "detect", "label", "search", "integrate"]
-STAGES: tuple[Stage, ...] = ("align", "detect", "label", "search", "integrate")
 GIVEN = "given:"
 # Regions have keys of their own and cost little: they are made again, not taken over.
 LAYER_TABLES: dict[Stage, str] = {

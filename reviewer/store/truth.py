@@ -11,10 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from reviewer.errors import InvalidInput
-from reviewer.records import STANDINGS, MaskRevision, ReviewState, Standing
+from reviewer.records import MaskRevision
 from reviewer.store.database import Store
 from reviewer.store.revisions import SELECT, revision_of_row
 from reviewer.store.skips import NOT_SKIPPED
+from reviewer.words import STANDINGS, ReviewState, Standing
 
 
 @dataclass(frozen=True, slots=True)

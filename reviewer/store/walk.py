@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from reviewer.store.database import Store
 from reviewer.store.skips import NOT_SKIPPED
-
-WalkOrder = Literal["threshold", "loss", "disagreement"]
-Opinion = Literal["first", "second"]
+from reviewer.words import Opinion, WalkOrder
 
 # Per region: pixels that are wrong after its decision, and after the other one.
 WRONG = """

@@ -11,13 +11,12 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from reviewer.errors import InvalidInput
 from reviewer.synthesis.settings import SynthesisSettings
 from reviewer.training.settings import FAMILY, TrainingSettings
-
-RecipeName = Literal["default", "paper"]
+from reviewer.words import RecipeName
 
 PLAIN = SynthesisSettings(
     changes=(1, 1),

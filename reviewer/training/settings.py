@@ -7,9 +7,8 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from reviewer.errors import InvalidInput
-from reviewer.models.device import Precision
 from reviewer.models.nets.build import full_settings
-from reviewer.models.nets.pictures import Preprocessing
+from reviewer.words import Precision, Preprocessing
 
 PAPER: dict[str, dict[str, Any]] = {
     "cscdnet": {"iterations": 40000, "batch": 32, "lr": 1e-4, "betas": (0.5, 0.999)},

@@ -14,7 +14,7 @@ from argparse import Namespace
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -23,6 +23,7 @@ from reviewer.errors import InvalidInput
 from reviewer.models.device import best_device, check_weights
 from reviewer.models.interfaces import Alignment, Image
 from reviewer.models.warping import inside
+from reviewer.words import PdcNetwork
 
 INSTEAD = "docs/pdcnet.md says how to install it; --aligner dis needs no weights"
 
@@ -42,7 +43,7 @@ class PdcNetAligner:
     """
 
     repository: str = "DenseMatching"
-    network: Literal["PDCNet", "PDCNet_plus"] = "PDCNet"
+    network: PdcNetwork = "PDCNet"
     trained_on: str = "megadepth"
     least_confidence: float = 0.5
     radius_px: float = 1.0

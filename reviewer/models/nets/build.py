@@ -11,7 +11,8 @@ from torch import nn
 from reviewer.errors import InvalidInput
 from reviewer.models.nets.attention_mask import AttentionMask
 from reviewer.models.nets.cscdnet import CscdNet
-from reviewer.models.nets.tanet import DYNAMIC, Relu, TaNet
+from reviewer.models.nets.tanet import DYNAMIC, TaNet
+from reviewer.words import RELUS, Relu
 
 
 def _cscdnet(width: float) -> nn.Module:
@@ -41,7 +42,7 @@ def _dr_tanet(width: float, refinement: bool = True, relu: Relu = "block") -> nn
 
 
 def _relu(name: Relu) -> Relu:
-    if name not in ("block", "stage"):
+    if name not in RELUS:
         raise InvalidInput(f"net relu {name!r}: there are block, stage")
     return name
 

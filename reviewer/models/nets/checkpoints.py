@@ -13,7 +13,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -27,10 +27,9 @@ from reviewer.models.nets.build import (
     untold_settings,
 )
 from reviewer.models.nets.cscdnet import WINDOW
-from reviewer.models.nets.pictures import PREPROCESSINGS, Preprocessing
 from reviewer.models.nets.tanet import DYNAMIC
+from reviewer.words import BATCH_NORM_MODES, PREPROCESSINGS, BatchNormMode, Preprocessing
 
-BatchNormMode = Literal["eval", "batch"]
 State = dict[str, Tensor]
 
 FORMAT = "reviewer-checkpoint"
@@ -70,7 +69,7 @@ class NetRecord:
         if self.preprocessing not in PREPROCESSINGS:
             known = ", ".join(PREPROCESSINGS)
             raise InvalidInput(f"preprocessing {self.preprocessing!r}: there are {known}")
-        if self.bn_mode not in ("eval", "batch"):
+        if self.bn_mode not in BATCH_NORM_MODES:
             raise InvalidInput(f"bn_mode {self.bn_mode!r}: there are eval, batch")
         if not 0 <= self.threshold < 1:
             raise InvalidInput(f"threshold: must lie in [0, 1), but is {self.threshold}")

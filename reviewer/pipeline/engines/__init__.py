@@ -7,13 +7,11 @@ than a few, and yields each outcome as soon as it is there. Only the caller writ
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
 from reviewer.pipeline.members import build_members
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.pipeline.work import PairOutcome, PairTask, PairWorker
-
-EngineName = Literal["local", "ray"]
 
 
 class Engine(Protocol):
