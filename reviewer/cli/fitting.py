@@ -1,4 +1,4 @@
-"""What `train` does once its options are read: fit a net, keep its row, say what comes next."""
+"""What `train` does after reading its options: fit a net, store its row, print what is next."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Order:
-    """What is to be trained, whatever on."""
+    """What to train, on any data."""
 
     title: str
     recipe: Recipe
@@ -106,7 +106,7 @@ def train_on_truth(
     open_objects: Callable[[], Bank],
     share: float,
 ) -> None:
-    """Fit a net a fold, then run the pipeline on what each found in the pairs it has not seen."""
+    """Fit one net per fold, then run the pipeline on its maps of the pairs it has not seen."""
     from dataclasses import replace
 
     from reviewer.crossfit.fitting import Reports, fit_folds
@@ -193,7 +193,7 @@ def _keep(
     data: TrainingData,
     at: Validated,
 ) -> None:
-    """Say where a training stands, and bring the store's row of it up to date."""
+    """Print the progress of a training, and update its row in the store."""
     from reviewer.dataset.files import hash_file
     from reviewer.metrics import f_score
     from reviewer.store.trainings import StoredTraining, save_training
