@@ -77,7 +77,7 @@ def require_pairs(store: Store) -> None:
 def progress_bar(title: str) -> Iterator[Any]:
     """A progress bar on the terminal: call it with (done, total, what).
 
-    Where there is no terminal (a log, a job's output) it writes a line a minute instead.
+    Where there is no terminal (a log, a job's output) it writes one line per minute instead.
     """
     from rich.console import Console
     from rich.progress import (
