@@ -66,8 +66,9 @@ fmt: $(DEV) ## Put the code into its format
 docs: $(DEV) ## Write what is made from the code: docs/{api,cli,settings}.md, db/README.md, typedefs
 	$(BIN)/python docs/generate.py
 
+# Not --quiet: MkDocs then counts no warning, and --strict lets broken links pass.
 site: $(SITE) ## Build the documentation as a website, in site/
-	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
 
 bench: $(DEV) ## Measure the limits; see benchmarks/
 	$(BIN)/python benchmarks/core.py

@@ -37,7 +37,7 @@ def m003_trainings(db: Database) -> None:
 
 @migrations()
 def m004_results(db: Database) -> None:
-    """Keep out of what each result was made, labels, and how good an alignment looks."""
+    """Keep the inputs of each result, labels, and how good an alignment looks."""
     _run(db, "m004_results")
 
 

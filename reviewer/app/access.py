@@ -1,8 +1,8 @@
 """Access control: the token or a session, and Host and Origin checks on every request.
 
 Viser and the API sit behind this guard; only the sign-in page with its style and script is open.
-People are told by their session (`sessions`); scripts send `Authorization: Bearer TOKEN`, and their
-name in `X-Annotator`.
+People are known by their session (`sessions`); scripts send `Authorization: Bearer TOKEN`, and
+their name in `X-Annotator`.
 """
 
 from __future__ import annotations

@@ -52,7 +52,9 @@ class FoundPanel:
     ) -> tuple[viser.GuiHtmlHandle, viser.GuiTextHandle, viser.GuiButtonHandle]:
         gui = client.gui
         card = gui.add_html("", visible=False)
-        name = gui.add_text("Name", "", visible=False, hint="Changes all of this name in the list")
+        name = gui.add_text(
+            "Name", "", visible=False, hint="Renames all finds of this name in the list"
+        )
         button = gui.add_button("Open", visible=False)
 
         @button.on_click

@@ -95,7 +95,7 @@ class PairPage(Message):
 
 class RegionInfo(Message):
     """A region under DoI: the terms of the equation, the decision, the newest verdict; and F of the
-    pair by what becomes of this region, where there is ground truth (null: rightly empty)."""
+    pair by what becomes of this region, where there is ground truth (null: both are empty)."""
 
     id: int
     number: int

@@ -38,7 +38,7 @@ class PlanPanel:
         gui = client.gui
         with panel.add_tab("Plan"):
             gui.add_html(_line("Where should the robot look again, and from where?"))
-            self._budget = gui.add_slider("Metres of way", 1.0, 80.0, 1.0, 20.0)
+            self._budget = gui.add_slider("Length of the tour, m", 1.0, 80.0, 1.0, 20.0)
             self._stand_off = gui.add_slider("Distance of a view, m", 0.5, 2.5, 0.1, 1.0)
             with gui.add_folder("Camera", expand_by_default=False):
                 self._height = gui.add_number("Height, m", DEFAULT_CAMERA.height, min=0.05)

@@ -42,16 +42,16 @@ class ScoresPanel:
         with panel.add_tab("Scores"):
             start = gui.add_button("Count")
             self._kind = gui.add_dropdown("Protocol", tuple(KINDS))
-            self._group = gui.add_dropdown("A line is a", tuple(GROUPS))
+            self._group = gui.add_dropdown("One row per", tuple(GROUPS))
             self._empty = gui.add_dropdown(
-                "Rightly empty",
+                "Empty images",
                 tuple(EMPTIES),
-                hint="What an image without change in which nothing was found counts as",
+                hint="How an image without change counts when nothing was found in it",
             )
             self._state = gui.add_dropdown(
                 "Ground truth",
                 (ALL, *TITLES.values()),
-                hint="Unfinished masks never score",
+                hint="Unfinished masks are never scored",
             )
             self._text = gui.add_html("")
             self._report = gui.add_button("Report as one HTML page", visible=False)

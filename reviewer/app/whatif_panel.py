@@ -52,7 +52,7 @@ class WhatIfPanel:
                 "f_b = 0",
                 SEEN,
                 visible=False,
-                hint="What becomes of a region in which the reference shows an object too",
+                hint="What happens to a region when the reference shows an object there, too",
             )
             # Without this uPlot takes x for seconds since 1970.
             plain = {"x": uplot.Scale(time=False)}

@@ -1,4 +1,4 @@
-"""The command line: one function call a command; errors a user can act on end in one line, exit 2.
+"""The command line: one function call per command; errors a user can mend end in one line, exit 2.
 
 Heavy libraries are imported inside the commands, so `reviewer --help` answers at once. Each module
 here adds its commands; `options.ORDER` says in which order they are listed.

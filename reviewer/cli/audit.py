@@ -25,10 +25,10 @@ def _audit() -> None:
 
 @audit_app.command()
 def report(
-    run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
+    run: Annotated[str | None, typer.Option(help="Run; default: the newest.")] = None,
     seen: Annotated[
         Seen | None,
-        typer.Option(help="Decide so where f_b = 0; else as the run did."),
+        typer.Option(help="What happens to regions with f_b = 0; default: as in the run."),
     ] = None,
     figure: Annotated[
         Path | None, typer.Option(help="Write risk-coverage and reliability, .png or .pdf.")
@@ -36,7 +36,7 @@ def report(
     as_json: Annotated[bool, typer.Option("--json", help="Write JSON.")] = False,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Compare decisions with the oracle's by split, label, size and reason; DoI as a predictor."""
+    """Compare decisions with the oracle's, and rate DoI as a predictor of detector errors."""
     from reviewer.evaluation.audit import audit_report
     from reviewer.evaluation.outcomes import refresh_terms
     from reviewer.evaluation.predictors import predictor_rows, seen_text

@@ -14,34 +14,40 @@ from reviewer.words import BatchNormMode, NetName, Preprocessing
 
 @app.command()
 def checkpoint(
-    path: Annotated[Path, typer.Argument(help="Weights of a net: ours, or a public state dict.")],
+    path: Annotated[
+        Path,
+        typer.Argument(help="Weights of a net: from `reviewer train`, or a public state dict."),
+    ],
     save: Annotated[
-        Path | None, typer.Option(help="Write it here with its record, as changed below.")
+        Path | None, typer.Option(help="Write it to this file, with its record as changed below.")
     ] = None,
-    net: Annotated[NetName | None, typer.Option(help="Which net, where the keys fit two.")] = None,
+    net: Annotated[NetName | None, typer.Option(help="Which net, if the keys fit two.")] = None,
     preprocessing: Annotated[
-        Preprocessing | None, typer.Option(help="What it was trained with.")
+        Preprocessing | None, typer.Option(help="Normalisation it was trained with.")
     ] = None,
     bn_mode: Annotated[
         BatchNormMode | None,
-        typer.Option(help="Batch norm by training, or by the pair at hand (public CSCDNet)."),
+        typer.Option(
+            help="Batch norm with statistics of the training, or of each pair (public CSCDNet)."
+        ),
     ] = None,
     refinement: Annotated[
         bool | None,
         typer.Option(
             "--refinement/--no-refinement",
-            help="TANet, DR-TANet: it was trained with refinement, which the file does not tell.",
+            help="TANet, DR-TANet: whether it was trained with refinement; the file does not say.",
         ),
     ] = None,
     threshold: Annotated[float | None, typer.Option(help="Changed where p is above.")] = None,
     window: Annotated[
-        int | None, typer.Option(help="Show it pictures in windows of this side; 0 = whole.")
+        int | None,
+        typer.Option(help="Side of the windows in which it sees pictures; 0 = whole pictures."),
     ] = None,
     changed_class: Annotated[
         int | None, typer.Option(help="Which of its two classes means changed (polarity).")
     ] = None,
 ) -> None:
-    """Say what a checkpoint is; --save writes it with its preprocessing, threshold, polarity."""
+    """Describe a checkpoint; --save writes it with its preprocessing, threshold, polarity."""
     from dataclasses import replace
 
     from reviewer.models.nets.checkpoints import load_checkpoint, save_checkpoint

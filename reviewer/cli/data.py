@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from reviewer.dataset.importer import ImportReport
 
 DryRun = Annotated[
-    bool, typer.Option("--dry-run", help="Read and check everything, and say what would happen.")
+    bool, typer.Option("--dry-run", help="Read and check everything, and report what would happen.")
 ]
 
 
@@ -30,7 +30,9 @@ def import_(
             " (PCD, VL-CMU-CD, ChangeVPR, LEVIR, WHU); vl-cmu-cd: as published; pscd; changesim."
         ),
     ] = "sequence",
-    split: Annotated[str | None, typer.Option(help="Name of the split; else the folder's.")] = None,
+    split: Annotated[
+        str | None, typer.Option(help="Name of the split; default: the folder's.")
+    ] = None,
     polarity: Annotated[
         Polarity,
         typer.Option(help="Mask colour that means changed; nonzero: any grey above black."),
@@ -56,16 +58,16 @@ def import_(
         float, typer.Option(help="Weight of heading in that distance.", min=0)
     ] = 1.0,
     heading: Annotated[
-        Heading, typer.Option(help="Unit of theta in poses.csv; auto: radians up to a turn.")
+        Heading, typer.Option(help="Unit of theta in poses.csv; auto: radians, at most one turn.")
     ] = "auto",
     skip_bad: Annotated[
         bool,
-        typer.Option("--skip-bad", help="Leave out pairs with a bad file or of two sizes."),
+        typer.Option("--skip-bad", help="Leave out pairs with a bad file or images of two sizes."),
     ] = False,
     dry_run: DryRun = False,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Import splits: each one whole, or not at all; splits that are there are left alone."""
+    """Import splits, each completely or not at all; existing splits stay unchanged."""
     from tempfile import TemporaryDirectory
 
     from reviewer.dataset.settings import ImportSettings
@@ -105,11 +107,11 @@ def _colour(text: str) -> tuple[int, int, int]:
 
 @app.command("import-masks")
 def import_masks(
-    tool: Annotated[AnnotationTool, typer.Argument(help="Whose file it is.")],
+    tool: Annotated[AnnotationTool, typer.Argument(help="Tool that wrote the file.")],
     path: Annotated[Path, typer.Argument(help="JSON, annotations.xml; labelme: a folder.")],
     label: Annotated[
         list[str] | None,
-        typer.Option(help="Label that means changed, repeatable; else all but the next one."),
+        typer.Option(help="Label that means changed, repeatable; default: all but --ill-posed."),
     ] = None,
     ill_posed: Annotated[
         str, typer.Option(help="Label of pixels that are not to be scored.")
@@ -119,13 +121,17 @@ def import_masks(
         typer.Option("--empty", help="An image without any shape means that nothing changed."),
     ] = False,
     replace: Annotated[
-        bool, typer.Option("--replace", help="Also above ground truth that is there.")
+        bool,
+        typer.Option(
+            "--replace",
+            help="Also import where a pair has ground truth; the import becomes a new revision.",
+        ),
     ] = False,
     split: Splits = None,
     dry_run: DryRun = False,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Import masks that COCO, labelme, CVAT or Label Studio files hold of live images here."""
+    """Import masks from COCO, labelme, CVAT or Label Studio for live images of the database."""
     from reviewer.dataset.mask_importer import import_masks as bring_in
 
     with open_store(db) as store:
@@ -160,7 +166,9 @@ def import_masks(
 def import_layer(
     kind: Annotated[LayerKind, typer.Argument(help="What the files hold.")],
     folder: Annotated[Path, typer.Argument(help="DIR/<split>/<pair>.png, .npy; flows .flo, .npy")],
-    run: Annotated[str, typer.Option(help="Run that shows it; made if it is new.")],
+    run: Annotated[
+        str, typer.Option(help="Run that gets the layer; it is created if it does not exist.")
+    ],
     segmenter: Annotated[
         str, typer.Option(help='Segmenter of a new run; "imported" for your own masks.')
     ] = "imported",

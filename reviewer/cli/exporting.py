@@ -13,7 +13,7 @@ from reviewer.words import ExportFormat, FoldKind, IgnoreMode
 
 @app.command()
 def export(
-    format: Annotated[ExportFormat, typer.Argument(help="What to write.")],
+    format: Annotated[ExportFormat, typer.Argument(help="Format of the export.")],
     target: Annotated[Path, typer.Argument(help="New folder, or file for coco.")],
     split: Splits = None,
     state: Annotated[
@@ -24,23 +24,23 @@ def export(
     ] = None,
     verdict: Annotated[
         list[str] | None,
-        typer.Option(help="Only pairs with a region on which this was said last; repeatable."),
+        typer.Option(help="Only pairs with a region whose newest verdict is this; repeatable."),
     ] = None,
     least_px: Annotated[int | None, typer.Option(help="Fewest changed pixels.")] = None,
     most_px: Annotated[int | None, typer.Option(help="Most changed pixels.")] = None,
     run: Annotated[
-        str | None, typer.Option(help="Final masks of this run in place of ground truth.")
+        str | None, typer.Option(help="Export the final masks of this run instead of ground truth.")
     ] = None,
     consensus: Annotated[
         int,
         typer.Option(
-            help="What more than half of so many people or more drew and finished; ties are"
-            " ill-posed. 0 = what counts as ground truth.",
+            help="Export the mask that most of at least this many people finished; ties are"
+            " ill-posed. 0 = ground truth.",
             min=0,
         ),
     ] = 0,
     with_skipped: Annotated[
-        bool, typer.Option("--with-skipped", help="Pairs skipped as badly aligned too.")
+        bool, typer.Option("--with-skipped", help="Include pairs skipped as badly aligned.")
     ] = False,
     warped_by: Annotated[
         str | None, typer.Option(help="t0t1: references warped to live by this run.")
@@ -52,16 +52,16 @@ def export(
     by: Annotated[FoldKind, typer.Option(help="folds: what is held out.")] = "same-split",
     parts: Annotated[int, typer.Option(help="folds: parts of same-split.")] = 5,
     per_component: Annotated[
-        bool, typer.Option("--per-component", help="coco: one annotation a component.")
+        bool, typer.Option("--per-component", help="coco: one annotation per component.")
     ] = False,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Export masks, all-zero ones included; whole or not at all, with hashes in a manifest.
+    """Export masks, all-zero ones included, with a manifest of hashes; complete or not at all.
 
     png: a tree of masks. coco: one JSON file; coco-panoptic: with PNGs. t0t1: pictures and masks to
     train on; webdataset: the same as tar shards; huggingface: as Parquet. labelme, cvat, yolo-seg:
-    for those tools. folds: lists of pairs to train and to test on. An export that was stopped goes
-    on where it was when the same command is given again.
+    for those tools. folds: lists of pairs to train and to test on. The same command resumes an
+    export that was stopped.
     """
     from reviewer.export.formats import Options, export_as
     from reviewer.export.selection import Selection, select_labelled

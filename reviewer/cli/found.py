@@ -14,12 +14,14 @@ from reviewer.words import FoundFormat
 @app.command()
 def found(
     search: Annotated[list[str] | None, typer.Argument(help="Words that must all occur.")] = None,
-    run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
+    run: Annotated[str | None, typer.Option(help="Run; default: the newest.")] = None,
     every: Annotated[
-        bool, typer.Option("--every", help="Also changes without an object for them.")
+        bool, typer.Option("--every", help="Also list changes without an object.")
     ] = False,
-    format: Annotated[FoundFormat, typer.Option(help="How to write it.")] = "table",
-    output: Annotated[Path | None, typer.Option(help="File; else the terminal.")] = None,
+    format: Annotated[FoundFormat, typer.Option(help="Output format.")] = "table",
+    output: Annotated[
+        Path | None, typer.Option(help="File to write; default: the terminal.")
+    ] = None,
     db: Database = DEFAULT_DB,
 ) -> None:
     """List what was found: name, pair, place, time, DoI, verdict."""

@@ -21,7 +21,7 @@ SIGN = {"good": "✓", "note": "·", "bad": "✗"}
 def list_models(
     as_json: Annotated[bool, typer.Option("--json", help="Write JSON.")] = False,
 ) -> None:
-    """List weights by name: where they come from, their licence, whether they are here."""
+    """List weights by name, with source, licence, and whether they are on this machine."""
     from reviewer.models.fetching import find_fetched
     from reviewer.models.presets import PRESETS
 
@@ -49,7 +49,7 @@ def list_models(
 def fetch_model(
     name: Annotated[str, typer.Argument(help="A name of `models list`, or OWNER/NAME of the hub.")],
 ) -> None:
-    """Download weights, and check them; an interrupted download goes on where it stopped."""
+    """Download weights, and check them; an interrupted download resumes."""
     from reviewer.models.fetching import fetch
     from reviewer.models.presets import preset_of_name
 

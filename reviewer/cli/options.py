@@ -21,11 +21,11 @@ ORDER = (
     "demo serve import import-masks import-layer run runs evaluate whatif audit found plan export"
     " synth train checkpoint models doctor schema"
 ).split()
-"""Commands as a newcomer meets them."""
+"""Commands in the order in which a newcomer needs them."""
 
 
 class InOrder(TyperGroup):
-    """Lists commands in `ORDER`; one that is not named there comes last."""
+    """Lists commands in `ORDER`; others come last."""
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of the commands."""
@@ -59,7 +59,7 @@ def open_store(path: Path, *, create: bool = False) -> Store:
 
 
 def require_pairs(store: Store) -> None:
-    """Refuse what works on pairs where there are none.
+    """Refuse a database without pairs.
 
     Raises:
         NotFound: when the database holds no pairs; says what brings them in.
@@ -77,7 +77,7 @@ def require_pairs(store: Store) -> None:
 def progress_bar(title: str) -> Iterator[Any]:
     """A progress bar on the terminal: call it with (done, total, what).
 
-    Where there is no terminal (a log, a job's output) it writes a line a minute instead.
+    Where there is no terminal (a log, a job's output) it writes one line per minute instead.
     """
     from rich.console import Console
     from rich.progress import (

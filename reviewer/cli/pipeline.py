@@ -63,21 +63,21 @@ def run(
     seen: Annotated[
         Seen | None,
         typer.Option(
-            help="What the reference shows too (f_b = 0): keep M_o, as the paper; reject."
+            help="Regions that the reference shows too (f_b = 0): keep M_o (the paper), or reject."
         ),
     ] = None,
     low: Annotated[float | None, typer.Option(help="Adopt where DoI is above.")] = None,
     high: Annotated[float | None, typer.Option(help="Adopt where DoI is below.")] = None,
     threshold: Annotated[float | None, typer.Option(help="Changed where p is above.")] = None,
     split: Splits = None,
-    workers: Annotated[int, typer.Option(help="Pairs at a time.", min=1)] = 2,
-    engine: Annotated[EngineName, typer.Option(help="Where the work is done.")] = "local",
+    workers: Annotated[int, typer.Option(help="Pairs processed at a time.", min=1)] = 2,
+    engine: Annotated[EngineName, typer.Option(help="Where pairs are processed.")] = "local",
     address: Annotated[
         str | None, typer.Option(help="Ray cluster, such as auto or ray://host:10001.")
     ] = None,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Run the pipeline; pairs that are done are not done again, so a killed run resumes."""
+    """Run the pipeline; finished pairs are skipped, so a stopped run resumes."""
     from reviewer.flows.running import RunOrder, run_stages
     from reviewer.pipeline.choices import FILES, read_member, read_settings
     from reviewer.pipeline.settings import IMPORTED, PipelineSettings
@@ -134,13 +134,16 @@ def run(
 def evaluate(
     run: Annotated[str | None, typer.Option(help="Only this run.")] = None,
     protocol: Annotated[
-        ProtocolKind, typer.Option(help="Pixels pooled in a group; or per image.")
+        ProtocolKind, typer.Option(help="pooled: pixels pooled in a group; others: per image.")
     ] = "pooled",
     empty: Annotated[
-        EmptyRule, typer.Option(help="Per image: without change and rightly so, counts as.")
+        EmptyRule,
+        typer.Option(help="Per image: how an image counts whose truth and mask are both empty."),
     ] = "skip",
-    by: Annotated[LineGroup, typer.Option(help="What a line is.")] = "split",
-    weight: Annotated[LineWeight, typer.Option(help="What the mean line weighs alike.")] = "groups",
+    by: Annotated[LineGroup, typer.Option(help="What one row stands for.")] = "split",
+    weight: Annotated[
+        LineWeight, typer.Option(help="What has equal weight in the mean.")
+    ] = "groups",
     state: Annotated[
         list[str] | None,
         typer.Option(
@@ -150,10 +153,12 @@ def evaluate(
     ] = None,
     table_a: Annotated[
         bool,
-        typer.Option("--table-a", help="The paper's: methods without and with DoI, both scopes."),
+        typer.Option(
+            "--table-a", help="The paper's Table A: methods without and with DoI, both scopes."
+        ),
     ] = False,
     matrix: Annotated[
-        bool, typer.Option("--matrix", help="What was trained on by what was tested on (--by).")
+        bool, typer.Option("--matrix", help="Matrix of training data by test data (--by).")
     ] = False,
     repeat: Annotated[
         list[str] | None,
@@ -161,7 +166,7 @@ def evaluate(
     ] = None,
     seen: Annotated[
         Seen | None,
-        typer.Option(help="Tables: what becomes of f_b = 0; else as each run did."),
+        typer.Option(help="Tables: what happens to regions with f_b = 0; default: as in each run."),
     ] = None,
     shapes: Annotated[
         bool, typer.Option("--shapes", help="Objects at IoU 0.1, 0.25, 0.5; boundary F and IoU.")
@@ -174,13 +179,14 @@ def evaluate(
         typer.Option(help="Write rows of reference, live, truth and masks, .png, .pdf or .svg."),
     ] = None,
     pairs: Annotated[
-        str | None, typer.Option(help="figure-f: cs1/0000,cr2/0001; else telling ones.")
+        str | None,
+        typer.Option(help="figure-f: pairs such as cs1/0000,cr2/0001; default: telling ones."),
     ] = None,
     rows: Annotated[int, typer.Option(help="figure-f: rows of telling pairs.", min=1)] = 6,
     report: Annotated[
         Path | None, typer.Option(help="Write one HTML page: tables, plots, failures.")
     ] = None,
-    format: Annotated[TableFormat, typer.Option(help="How to write it.")] = "table",
+    format: Annotated[TableFormat, typer.Option(help="Output format.")] = "table",
     db: Database = DEFAULT_DB,
 ) -> None:
     """Print P, R and F; by default pixels pooled inside a split, unweighted mean over splits."""

@@ -14,24 +14,28 @@ from reviewer.errors import Conflict, InvalidInput, NotFound
 
 @app.command()
 def plan(
-    split: Annotated[str, typer.Argument(help="Split whose map and doubts are planned with.")],
-    run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
-    budget: Annotated[float, typer.Option(help="Metres of way.", min=0)] = 20.0,
+    split: Annotated[str, typer.Argument(help="Split to plan.")],
+    run: Annotated[str | None, typer.Option(help="Run; default: the newest.")] = None,
+    budget: Annotated[float, typer.Option(help="Longest tour, metres.", min=0)] = 20.0,
     start: Annotated[
-        str | None, typer.Option(help="Where the robot stands, X,Y metres; else the first view.")
+        str | None, typer.Option(help="Where the robot is, X,Y metres; default: at the first view.")
     ] = None,
-    camera_height: Annotated[float, typer.Option(help="Above the floor, metres.", min=0.01)] = 0.72,
-    pitch: Annotated[float, typer.Option(help="Of the camera, radians; < 0 looks down.")] = -0.42,
+    camera_height: Annotated[
+        float, typer.Option(help="Height of the camera above the floor, metres.", min=0.01)
+    ] = 0.72,
+    pitch: Annotated[
+        float, typer.Option(help="Pitch of the camera, radians; < 0 looks down.")
+    ] = -0.42,
     focal: Annotated[float, typer.Option(help="Focal length, pixels.", min=1)] = 385.0,
     stand_off: Annotated[float, typer.Option(help="Best distance of a view, metres.")] = 1.0,
-    robot_radius: Annotated[float, typer.Option(help="Metres.", min=0)] = 0.22,
+    robot_radius: Annotated[float, typer.Option(help="Radius of the robot, metres.", min=0)] = 0.22,
     output: Annotated[
         list[Path] | None,
         typer.Option(help="Write .yaml (Nav2 waypoints), .csv or .geojson; repeatable."),
     ] = None,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Rank viewpoints by regions that ask for another look, and plan a short tour of new views."""
+    """Rank viewpoints by regions that need another look, and plan a short tour of new views."""
     from reviewer.geometry import FloorCamera, Pose2
     from reviewer.inspection.planning import PlanSettings, plan_inspection
     from reviewer.inspection.views import ViewSettings

@@ -85,7 +85,7 @@ def show(name: Name, as_json: AsJson = False, db: Database = DEFAULT_DB) -> None
 @runs_app.command()
 def compare(
     first: Annotated[str, typer.Argument(help="One run.")],
-    second: Annotated[str, typer.Argument(help="Another one.")],
+    second: Annotated[str, typer.Argument(help="The other run.")],
     method: Annotated[str, typer.Option(help="base, doi or audited.")] = "doi",
     as_json: AsJson = False,
     db: Database = DEFAULT_DB,
@@ -111,7 +111,7 @@ def compare(
 def delete(
     name: Name,
     with_verdicts: Annotated[
-        bool, typer.Option("--with-verdicts", help="Also when people gave verdicts in it.")
+        bool, typer.Option("--with-verdicts", help="Delete it even if people gave verdicts in it.")
     ] = False,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Do not ask.")] = False,
     db: Database = DEFAULT_DB,

@@ -15,7 +15,7 @@ from reviewer.errors import InvalidInput
 ClickModel = Annotated[
     str,
     typer.Option(
-        help="What answers clicks: grabcut, sam:PATH, sam2:PATH; a directory or a hub id.",
+        help="Click segmenter: grabcut, sam:PATH, sam2:PATH; PATH: directory or hub id.",
         metavar="NAME[:PATH]",
     ),
 ]
@@ -25,8 +25,8 @@ Token = Annotated[
     str | None,
     typer.Option(
         envvar="REVIEWER_TOKEN",
-        help="Sign-in token, else a new one; other users of the machine see it in the list of"
-        " processes, but not the variable's.",
+        help="Sign-in token; default: a new one. Other users of the machine see it in the list of"
+        " processes; the variable is hidden from them.",
     ),
 ]
 TokenFile = Annotated[Path | None, typer.Option(help="File that holds the token.", metavar="FILE")]
@@ -37,12 +37,16 @@ def demo(
     folder: Annotated[Path, typer.Option("--dir", help="Where the world is kept.")] = Path(
         "demo-data"
     ),
-    pairs_per_split: Annotated[str, typer.Option(help='Pairs a split, or "paper": 1875.')] = "4",
-    seed: Annotated[int, typer.Option(help="Another seed is another world.")] = 7,
+    pairs_per_split: Annotated[
+        str, typer.Option(help='Pairs per split, or "paper": 1875 in all.')
+    ] = "4",
+    seed: Annotated[int, typer.Option(help="Each seed gives another world.")] = 7,
     workers: Annotated[int, typer.Option(help="Processes that render.", min=1)] = 2,
-    check: Annotated[bool, typer.Option("--check", help="Print the table and stop.")] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Print the table of scores, and exit.")
+    ] = False,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="The one port.")] = 8000,
+    port: Annotated[int, typer.Option(help="Port.")] = 8000,
     token: Token = None,
     token_file: TokenFile = None,
     click: ClickModel = "grabcut",
@@ -76,7 +80,7 @@ def demo(
 @app.command()
 def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
-    port: Annotated[int, typer.Option(help="The one port.")] = 8000,
+    port: Annotated[int, typer.Option(help="Port.")] = 8000,
     token: Token = None,
     token_file: TokenFile = None,
     allow_host: Annotated[
@@ -85,7 +89,7 @@ def serve(
     proxy: Annotated[
         list[str] | None,
         typer.Option(
-            help="Address of a reverse proxy, whose X-Forwarded-For and -Proto are believed;"
+            help="Address of a reverse proxy whose X-Forwarded-For and -Proto are trusted;"
             " repeatable."
         ),
     ] = None,

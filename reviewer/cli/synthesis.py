@@ -24,10 +24,10 @@ TrainOn = Annotated[
 ]
 Coco = Annotated[
     Path | None,
-    typer.Option(help="COCO instances JSON with the objects to paste; else rendered ones."),
+    typer.Option(help="COCO instances JSON with the objects to paste; default: rendered objects."),
 ]
 CocoImages = Annotated[
-    Path | None, typer.Option(help="Folder of its images; else images/ beside the JSON.")
+    Path | None, typer.Option(help="Folder of its images; default: images/ beside the JSON.")
 ]
 Category = Annotated[
     list[str] | None, typer.Option(help="Only objects of this category; repeatable.")
@@ -41,7 +41,7 @@ Synthesis = Annotated[
         help="A setting of synthesis, such as removal=0 or size_px=8,80; repeatable.",
     ),
 ]
-Seed = Annotated[int, typer.Option(help="Decides everything random.")]
+Seed = Annotated[int, typer.Option(help="Seed of all random choices.")]
 
 
 @app.command()
@@ -49,7 +49,7 @@ def synth(
     target: Annotated[Path, typer.Argument(help="New folder: t0/ t1/ mask/ contact-sheet.png")],
     count: Annotated[int, typer.Option(help="How many pairs.", min=1)] = 100,
     crop: Annotated[
-        int | None, typer.Option(help="Side of a square cut out; else whole images.", min=64)
+        int | None, typer.Option(help="Side of a square crop; default: whole images.", min=64)
     ] = None,
     split: Splits = None,
     train_on: TrainOn = "same_split",

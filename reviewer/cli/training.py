@@ -35,13 +35,13 @@ if TYPE_CHECKING:
 def train(
     detector: Annotated[NetName, typer.Argument(help="Which net.")],
     name: Annotated[
-        str | None, typer.Option(help="Name of the training; else the net's, or NET-truth.")
+        str | None, typer.Option(help="Name of the training; default: the net's, or NET-truth.")
     ] = None,
     from_ground_truth: Annotated[
         bool,
         typer.Option(
             "--from-ground-truth",
-            help="Train on the stored masks, a net a fold, and run the pipeline on what they find.",
+            help="Train one net per fold on the stored masks, and run the pipeline with them.",
         ),
     ] = False,
     by: Annotated[
@@ -51,7 +51,8 @@ def train(
         int | None, typer.Option(help="Ground truth: folds of --by same-split.  [5]")
     ] = None,
     warped_by: Annotated[
-        str | None, typer.Option(help="Ground truth: run that aligned the pairs; else the newest.")
+        str | None,
+        typer.Option(help="Ground truth: run that aligned the pairs; default: the newest."),
     ] = None,
     state: Annotated[
         list[str] | None,
@@ -60,34 +61,38 @@ def train(
     synthetic_share: Annotated[
         float | None,
         typer.Option(
-            help="Ground truth: share of synthetic pairs among those shown.  [0.5]", min=0, max=0.99
+            help="Ground truth: share of synthetic pairs in the training.  [0.5]", min=0, max=0.99
         ),
     ] = None,
     start: Annotated[
-        Path | None, typer.Option(help="Checkpoint of the same net to go on from.")
+        Path | None, typer.Option(help="Checkpoint of the same net to start from.")
     ] = None,
     split: Annotated[
         list[str] | None,
         typer.Option(
-            "--split", "--splits", help="Splits it is for, cs1,cs2 or repeated; else all."
+            "--split",
+            "--splits",
+            help="Splits the detector is for, cs1,cs2 or repeated; default: all.",
         ),
     ] = None,
     train_on: TrainOn = "same_split",
     recipe: Annotated[
         RecipeName,
         typer.Option(
-            help="paper: one COCO object a pair and no other difference, an ImageNet backbone, no"
+            help="paper: one COCO object per pair and no other difference, an ImageNet backbone, no"
             " gradient limit, CSCDNet's last weights of 40,000 while the rate falls over 50,000."
         ),
     ] = "default",
     width: Annotated[float, typer.Option(help="Factor on channels; 1 is the paper's net.")] = 1.0,
-    iterations: Annotated[int | None, typer.Option(help="Else the paper's.", min=1)] = None,
+    iterations: Annotated[int | None, typer.Option(help="Default: the paper's.", min=1)] = None,
     epochs: Annotated[
         int | None,
-        typer.Option(help="In place of --iterations: how often all references are shown.", min=1),
+        typer.Option(
+            help="Instead of --iterations: how often each reference image is used.", min=1
+        ),
     ] = None,
-    batch: Annotated[int | None, typer.Option(help="Else the paper's.", min=2)] = None,
-    lr: Annotated[float | None, typer.Option(help="Else the paper's.")] = None,
+    batch: Annotated[int | None, typer.Option(help="Default: the paper's.", min=2)] = None,
+    lr: Annotated[float | None, typer.Option(help="Default: the paper's.")] = None,
     crop: Annotated[int, typer.Option(help="Side of the training squares, pixels.")] = 256,
     class_weight: Annotated[
         float, typer.Option(help="Weight of changed pixels in the loss; unchanged ones have 1.")
@@ -96,7 +101,7 @@ def train(
         str, typer.Option(help="ResNet-18 file, torchvision or timm naming; or none.")
     ] = "none",
     preprocessing: Annotated[
-        Preprocessing, typer.Option(help="How pictures become numbers.")
+        Preprocessing, typer.Option(help="How pixel values are normalised.")
     ] = "bgr_128",
     level: Annotated[
         int | None, typer.Option(help="cscdnet-attention: level of the mask, 2 to 5.")
@@ -111,11 +116,13 @@ def train(
     clip_norm: Annotated[
         float | None, typer.Option(help="Largest gradient norm; 0 = any.  [5]")
     ] = None,
-    precision: Annotated[Precision, typer.Option(help="Of the arithmetic.")] = "auto",
+    precision: Annotated[Precision, typer.Option(help="Precision of the arithmetic.")] = "auto",
     validate_every: Annotated[
         int, typer.Option(help="Iterations between two checkpoints.", min=1)
     ] = 500,
-    validation_pairs: Annotated[int, typer.Option(help="Synthetic pairs of each.", min=1)] = 64,
+    validation_pairs: Annotated[
+        int, typer.Option(help="Synthetic pairs per validation.", min=1)
+    ] = 64,
     coco: Coco = None,
     images: CocoImages = None,
     category: Category = None,
@@ -123,11 +130,11 @@ def train(
     synthesis: Synthesis = None,
     seed: Seed = 0,
     workers: Annotated[
-        int, typer.Option(help="Processes that make pairs; 0 = none beside this one.", min=0)
+        int, typer.Option(help="Processes that make pairs; 0 = only this one.", min=0)
     ] = 0,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Train a detector on synthetic pairs, or on ground truth; the same command again goes on."""
+    """Train a detector on synthetic pairs, or on ground truth; the same command resumes."""
     from reviewer.flows.training import Folding
     from reviewer.store.runs import clean_run_name
     from reviewer.training.recipes import check_paper

@@ -21,18 +21,18 @@ DEFAULT_VALUES: dict[str, str] = {
 
 @app.command()
 def whatif(
-    vary: Annotated[Vary, typer.Argument(help="What to change.")] = "high",
+    vary: Annotated[Vary, typer.Argument(help="Parameter to vary.")] = "high",
     values: Annotated[str | None, typer.Option(help="Comma-separated values.")] = None,
-    run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
+    run: Annotated[str | None, typer.Option(help="Run; default: the newest.")] = None,
     scope: Annotated[Scope | None, typer.Option(help="Scope.")] = None,
     seen: Annotated[
         Seen | None,
-        typer.Option(help="What the reference shows too (f_b = 0): keep, reject."),
+        typer.Option(help="Regions that the reference shows too (f_b = 0): keep or reject."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Write JSON.")] = False,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Show F under other thresholds, overlap tolerances or scopes; no mask is touched.
+    """Show F under other thresholds, overlap tolerances or scopes; no mask is changed.
 
     The oracle is the highest F that any decisions of the same scope have.
     """

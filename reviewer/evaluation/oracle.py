@@ -1,7 +1,7 @@
 """The decisions that give the highest F: exactly, in every split, for what a scope can decide.
 
 F = 2 TP / (TP + FP + truth) of a split's pooled pixels is a ratio, so the best decision of one
-region hangs on all others: adopting 50 right and 60 wrong pixels is good where F is low and bad
+region depends on all others: adopting 50 right and 60 wrong pixels is good where F is low and bad
 where it is high. Dinkelbach's method (Management Science 1967) makes it a sum: decisions that are
 best at a price of `rate` for every pixel found, 2 TP - rate (TP + FP), are the best of all once
 `rate` is the F that they give; a few rounds lead there. At a given rate, pairs are independent

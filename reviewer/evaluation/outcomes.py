@@ -72,7 +72,7 @@ def f_by_outcome(
     store: Store, run: Run, pair_id: int, outcomes: Mapping[int, str], now: Counts
 ) -> dict[int, dict[str, float | None]]:
     """Return F of a pair if one region ended otherwise and all else stayed, by region and outcome;
-    None where the pair would be rightly empty.
+    None where truth and mask would both be empty.
 
     Args:
         outcomes: what happens to each region now, by id.

@@ -65,7 +65,7 @@ def report_page(
     """Return the page of one run, or of all.
 
     Args:
-        told: is called with what is being done.
+        told: called with each step.
         standings: see `pair_scores`.
 
     Raises:

@@ -151,7 +151,7 @@ def _cells(
                 cells.append((None, ""))
                 continue
             score = scores[run.name][method].get(pair.title)
-            note = "rightly empty" if score is None else f"F {score:.2f}"
+            note = "correctly empty" if score is None else f"F {score:.2f}"
             cells.append((overlaid(live, mask, truth, ignore)[rows, columns], note))
     return cells
 

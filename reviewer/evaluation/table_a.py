@@ -98,7 +98,7 @@ def table_a_rows(
     Args:
         scores: the stored counts; pairs that are not among them are left out everywhere.
         repeats: names of rows, and the runs that each is the mean of.
-        seen: what becomes of regions with f_b = 0; else as each run did.
+        seen: what happens to regions with f_b = 0; None = as in each run.
         progress: is called with the name of each run whose terms are brought up to date.
 
     Raises:

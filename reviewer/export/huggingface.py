@@ -1,7 +1,7 @@
 """`huggingface`: Parquet files with the pictures in them, which `datasets.load_dataset` reads.
 
-A row a pair: names, reference, live, mask (0 and 255), ignore (or null), area, where the mask comes
-from. One Hugging Face split, "train"; lists of pairs to train and test on come from `folds`.
+One row per pair: names, reference, live, mask (0 and 255), ignore (or null), area, source of
+the mask. One Hugging Face split, "train"; lists of pairs to train and test on come from `folds`.
 Needs the extra `reviewer[huggingface]`.
 """
 

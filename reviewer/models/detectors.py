@@ -20,10 +20,10 @@ class DifferenceDetector:
     training. Shadows and another exposure are smooth factors on lightness and are divided out.
 
     Attributes:
-        tolerance_px: misalignment that is forgiven.
-        light_px: standard deviation of the window in which light is matched.
+        tolerance_px: misalignment that is tolerated.
+        light_px: standard deviation of the window in which lightness is matched.
         steepness, middle: logistic from distance (in units of the pair's noise) to probability.
-        least_distance: CIELAB distance below which nothing is a change, however clean the pair.
+        least_distance: smallest CIELAB distance that can be a change, even without noise.
     """
 
     tolerance_px: int = 2

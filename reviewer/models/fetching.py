@@ -1,7 +1,7 @@
 """Download weights: the only place that downloads anything.
 
 Hub models go into the hub's own cache, where `transformers` finds them; single files under
-`reviewer/weights` in the user's cache folder. An interrupted download goes on where it stopped.
+`reviewer/weights` in the user's cache folder. An interrupted download resumes.
 Every file is checked against the hash that its server states.
 """
 

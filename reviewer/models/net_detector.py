@@ -46,8 +46,8 @@ class NetDetector:
         net: registry name.
         checkpoint: path of the weights.
         weights: fingerprint of the weights; where given, the file must still hold those.
-        bn_mode: "eval" or "batch"; else as the checkpoint says.
-        window: side of the windows in which large pictures are shown, pixels; 0 = whole; else as
+        bn_mode: "eval" or "batch"; None = as the checkpoint says.
+        window: side of the windows in which large pictures are shown, pixels; 0 = whole; None = as
             the checkpoint says (see `nets.windows`).
         arithmetic: what else decides the probabilities, see `NetRecord.arithmetic`; where given,
             the file must still say so.

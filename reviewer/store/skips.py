@@ -2,7 +2,7 @@
 
 A skipped pair counts in no score and no audit: the views of scores leave it out, and whoever reads
 anything else that counts says `NOT_SKIPPED` in the query.
-Exports leave it out unless they are told otherwise.
+Exports leave it out by default.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Which mask of a pair counts as its ground truth, with which standing, and who said so.
 
-An approval speaks of the revision that was looked at, and of no later one. So the truth of a pair
+An approval holds for the revision that was looked at, and for no later one. So the truth of a pair
 is the newest revision somebody approved; else the newest that was submitted or confirmed empty;
 else the newest imported one (the view `ground_truth`). A mask in progress counts for nothing.
 """
@@ -65,7 +65,7 @@ def truths(store: Store) -> dict[int, tuple[MaskRevision, Standing]]:
 def masks_in_state(store: Store, states: Sequence[str]) -> dict[int, MaskRevision]:
     """Return by pair id the newest revision that somebody has in one of these review states.
 
-    A mask in progress has no revision of its own to speak of: it is the newest there is.
+    A mask in progress has no revision of its own: it is the newest one.
     """
     marks = ", ".join("?" * len(states))
     rows = store.read().execute(
@@ -82,7 +82,7 @@ def masks_in_state(store: Store, states: Sequence[str]) -> dict[int, MaskRevisio
 def finished_by_annotator(store: Store) -> dict[int, list[MaskRevision]]:
     """Return what each person drew last of a pair and finished, by pair id.
 
-    Who approves what somebody else has drawn since speaks of that mask, not of an earlier own one.
+    An approval of what somebody else has drawn since is for that mask, not for an earlier own one.
     """
     rows = store.read().execute(
         f"{SELECT.format(table='mask_revisions')} JOIN reviews r ON r.pair_id = m.pair_id"

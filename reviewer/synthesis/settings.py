@@ -19,7 +19,7 @@ class SynthesisSettings:
 
     Attributes:
         changes: fewest and most objects that only one picture of a pair has.
-        unchanged: most objects that both pictures have, so that "is an object" is not the answer.
+        unchanged: most objects in both pictures, so that a net cannot answer "is an object".
         size_px: longest side of an object, pixels; uniform in its logarithm.
         rows: shares of the height of the reference image between which objects lie (0 = top),
             such as (0.4, 1) for the floor; None = anywhere, as in the paper.
@@ -29,9 +29,9 @@ class SynthesisSettings:
         shadow: probability that an object casts a shadow (never part of the mask).
         removal: probability that a change is in the reference: the object is gone from live.
         homography_px: largest move of a corner of the reference.
-        flow_px: size of the smooth displacements that alignment leaves over.
-        exposure: factor on brightness, either way.
-        colour_cast: factor on single colour channels, either way.
+        flow_px: size of the smooth displacements that remain after alignment.
+        exposure: largest factor on brightness, up or down.
+        colour_cast: largest factor on single colour channels, up or down.
         shade: strength of soft light and shadow that only one picture has.
         noise: largest standard deviation of sensor noise, in 8-bit steps.
         blur_px: largest blur of one of the two pictures, sigma.

@@ -1,7 +1,7 @@
 """Fit a net: one optimiser step after the other, with a validation in between.
 
 The state of a training is the net, the optimiser and the number of the next iteration; everything
-else follows from settings and seed. So a training that was stopped goes on to the same weights.
+else follows from settings and seed. So a training that was stopped resumes to the same weights.
 """
 
 from __future__ import annotations

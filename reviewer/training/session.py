@@ -2,7 +2,7 @@
 
     best.pt    weights with the best F on the validation; what a run should use
     last.pt    the newest weights
-    state.pt   what the training goes on from, written after the other two
+    state.pt   what the training resumes from, written after the other two
     log.csv    loss of every iteration, scores of every validation
     curve.png  the same as a picture, where the caller draws it
     pairs.png  what the net is shown

@@ -1,7 +1,7 @@
 """Training pairs as an endless, numbered stream of batches.
 
 Pair n of a stream depends on the seed and n alone: worker processes do not change what a net sees,
-and a training that goes on after a kill sees what it would have seen.
+and a training that resumes after a kill sees what it would have seen.
 """
 
 from __future__ import annotations

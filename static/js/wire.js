@@ -150,7 +150,7 @@
  */
 /**
  * A region under DoI: the terms of the equation, the decision, the newest verdict; and F of the
- * pair by what becomes of this region, where there is ground truth (null: rightly empty).
+ * pair by what becomes of this region, where there is ground truth (null: both are empty).
  * @typedef {{id: number, number: number, label: string, overlap_px: number, f_b: number, iou: number,
  *   doi: number, choice: "adopt" | "keep" | "reject", inspect: boolean,
  *   reason: "between_thresholds" | "seen_in_reference" | "agrees" | "too_ill_posed" | "no_detection" | "no_object" | "outside_warp" | "better_object",

@@ -49,6 +49,8 @@ def test_the_navigation_lists_every_page_once():
 def test_the_site_takes_nothing_from_elsewhere_and_fails_on_broken_links():
     config = yaml.safe_load((ROOT / "mkdocs.yml").read_text())
     assert config["strict"] is True and config["theme"]["font"] is False
+    (build,) = re.findall(r"mkdocs build.*", (ROOT / "Makefile").read_text())
+    assert build == "mkdocs build --strict"  # with --quiet, no warning is counted
     assert set(config["validation"]["links"].values()) == {"warn"}
     assert not {"extra_javascript", "extra_css"} & set(config)
     assert hooks.LOADS.search('<script src="https://example.org/x.js"></script>')

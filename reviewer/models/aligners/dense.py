@@ -26,7 +26,7 @@ class DisAligner:
     homography that most agreeing pixels follow stands in. What leaves the reference is not valid.
 
     Attributes:
-        disagreement_px: largest forward-backward error that is believed.
+        disagreement_px: largest forward-backward error of a valid pixel.
         reach_px: standard deviation of the interpolation.
     """
 

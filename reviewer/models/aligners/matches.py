@@ -36,7 +36,7 @@ class LoftrAligner:
         weights: fingerprint of the weights; where given, the checkpoint must still hold those.
         height, width: size at which pictures are matched; multiples of 32. The published weights
             are for 480 x 640.
-        least_score: matches below are not believed.
+        least_score: matches with a lower score are dropped.
         tolerance_px: reprojection error of an inlier of the homography.
         parallax_px: largest departure from the homography that is followed.
         reach_px: standard deviation of the residual flow around a match.

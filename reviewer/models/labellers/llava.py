@@ -54,7 +54,7 @@ class LlavaLabeller:
         checkpoint: directory or hub id.
         prompt: the question; the paper's by default.
         per_component: ask about each component of M_o, largest first, not about the whole mask.
-        most_components: how many are asked about; of the others it is noted that they were not.
+        most_components: most components that are asked about; a note is kept for the others.
         dilations, kernel_px: how often M_o is dilated before it is shown, and by which square.
         stop_list: labels that contain one of these are dropped.
         max_new_tokens: longest answer.

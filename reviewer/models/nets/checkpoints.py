@@ -2,7 +2,7 @@
 
 A checkpoint of ours is one file with the weights and a record of all that a run needs to use them:
 which net, its width and settings, preprocessing, batch-norm mode, threshold, polarity, and how it
-was trained. A bare state dict (sscdnet, DR-TANet, with or without `module.`) is told by its keys
+was trained. A bare state dict (sscdnet, DR-TANet, with or without `module.`) is known by its keys
 and shapes. Nothing is unpickled but tensors and plain values.
 """
 

@@ -2,7 +2,7 @@
 
 Nets that enlarge their maps with aligned corners (CSCDNet) tie what they learn to one size: the
 corners of the maps stay in place, so what lies between them shifts with the size of the picture,
-and deep features of a larger picture land beside the place they speak of. Windows keep the size;
+and deep features of a larger picture land beside the place they describe. Windows keep the size;
 half of each overlaps the next, and its middle counts more than its rim.
 """
 

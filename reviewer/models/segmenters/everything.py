@@ -35,12 +35,13 @@ class SamEverythingSegmenter:
     Attributes:
         sam: "sam:PATH" or "sam2:PATH", a directory or a hub id.
         points_per_side: points of the grid along the longer side.
-        least_score: SAM's own guess of the IoU.
+        least_score: least IoU of a mask, as SAM predicts it.
         least_stability: IoU of the masks one logit above and one below the threshold.
         most_box_overlap: IoU of two boxes above which only the better mask stays.
         least_px: smaller masks are specks.
         most_share: larger masks, as a share of the image, are background.
-        reference: "warped" or "raw", see `find_on_both`.
+        reference: "warped" searches the reference warped to live; "raw" searches it as it was
+            taken, and warps the masks.
         precision: of SAM's encoder, "bfloat16" where the device is faster in it ("auto").
         weights: fingerprint; where given, the checkpoint must still hold those.
     """

@@ -29,8 +29,10 @@ class GroundedSamSegmenter:
     Attributes:
         grounding: Grounding DINO, a directory or a hub id.
         sam: "sam:PATH" or "sam2:PATH", a directory or a hub id.
-        box_threshold, text_threshold: see `GroundingDino.find`.
-        reference: "warped" or "raw", see `find_on_both`.
+        box_threshold: least score of a box.
+        text_threshold: least score of a word in the box's phrase; below it a box has no phrase.
+        reference: "warped" searches the reference warped to live; "raw" searches it as it was
+            taken, and warps the masks.
         precision: of SAM's encoder, "bfloat16" where the device is faster in it ("auto").
         weights: fingerprints of both; where given, the checkpoints must still hold those.
     """

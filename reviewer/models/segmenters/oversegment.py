@@ -1,7 +1,7 @@
 """Weight-free segmenter: object-sized segments near the detector's change mask.
 
 It stands where SAM stands in the paper: given a rough change mask it delivers object masks with
-exact borders, and tells whether the same object is in the reference. Superpixels are Felzenszwalb's
+exact borders, and says whether the same object is in the reference. Superpixels are Felzenszwalb's
 (scikit-image); the idea of voting them with a rough mask is common practice. Segments follow every
 edge and leave out what the detector left out, so the vote only starts GrabCut (Rother et al.,
 SIGGRAPH 2004, as in OpenCV): object against surroundings by colour, near the first guess.

@@ -31,8 +31,9 @@ class Sam3Segmenter:
 
     Attributes:
         checkpoint: directory or hub id.
-        least_score: score of an instance times the chance that the picture holds any.
-        reference: "warped" or "raw", see `find_on_both`.
+        least_score: least score of an instance, times the probability that there is any.
+        reference: "warped" searches the reference warped to live; "raw" searches it as it was
+            taken, and warps the masks.
         weights: fingerprint; where given, the checkpoint must still hold those.
     """
 
