@@ -36,8 +36,7 @@ def build_auditing(store: Store) -> APIRouter:
     router = APIRouter()
 
     def judged_pair(given: Given, who: int) -> JudgedPair:
-        run = next(known for known in runs.list_runs(store) if known.id == given.run_id)
-        detail = pair_detail(store, given.pair_id, who, run)
+        detail = pair_detail(store, given.pair_id, who, runs.run_of_id(store, given.run_id))
         return JudgedPair(audit=given.audit, **dict(detail))
 
     @router.get("/audit-queue")

@@ -13,10 +13,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from reviewer import __version__
 from reviewer.errors import Conflict
 from reviewer.export.selection import Labelled
 from reviewer.masks import Rle, components, decode_rle, encode_rle, read_rle
+from reviewer.version import VERSION
 
 
 def coco_document(
@@ -67,7 +67,7 @@ def coco_document(
     return {
         "info": {
             "description": "change-detection ground truth",
-            "reviewer": __version__,
+            "reviewer": VERSION,
             **({"skipped": list(skipped)} if skipped else {}),
         },
         "categories": [{"id": 1, "name": "change", "supercategory": "change"}],
