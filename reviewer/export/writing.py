@@ -208,7 +208,7 @@ def _made_of(part: Part) -> str:
             item.pair.live.sha256,
             item.pair.reference.sha256,
             item.mask.counts,
-            item.ignore_rle,
+            item.ignore_mask.counts if item.ignore_mask else None,
             dict(item.origin),
         ]
         for item in part.items
