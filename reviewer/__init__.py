@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from reviewer.version import VERSION
+
 if TYPE_CHECKING:
     from pathlib import Path
 
     from reviewer.scripting.project import Project
 
-__version__ = "0.1.0"
+__version__ = VERSION
 
 
 def open(path: str | Path) -> Project:

@@ -164,9 +164,9 @@ def decode_rle(rle: Rle) -> Mask:
     return _painted(_run_lengths(rle.counts), rle.height, rle.width)
 
 
-def decode_beside(mask: Rle, counts: str | None) -> Mask | None:
+def rle_beside(mask: Rle, counts: str | None) -> Rle | None:
     """Return a mask that is stored only as run-lengths next to one of its size; None for none."""
-    return None if counts is None else _painted(_run_lengths(counts), mask.height, mask.width)
+    return None if counts is None else _measured(mask.height, mask.width, counts)
 
 
 def _run_lengths(counts: str) -> npt.NDArray[np.int64]:

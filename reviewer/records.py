@@ -12,7 +12,7 @@ from typing import Any
 
 from reviewer.doi import Region
 from reviewer.geometry import Grid, Pose2
-from reviewer.masks import Mask, Rle, decode_beside
+from reviewer.masks import Mask, Rle, decode_rle
 from reviewer.metrics import Counts
 from reviewer.words import (
     Choice,
@@ -76,13 +76,14 @@ class MaskRevision:
     """One revision of a pair's ground truth; number 0 does not exist, it means "none yet".
 
     Attributes:
+        ignore_mask: pixels not to score; None where there are none.
         tool_log: the actions that led to it from its parent, in order.
     """
 
     pair_id: int
     number: int
     mask: Rle
-    ignore_rle: str | None
+    ignore_mask: Rle | None
     source: str
     annotator: str | None
     active_seconds: float
@@ -91,7 +92,7 @@ class MaskRevision:
 
     def ignore(self) -> Mask | None:
         """Return the pixels not to score, bool (H, W); None where there are none."""
-        return decode_beside(self.mask, self.ignore_rle)
+        return None if self.ignore_mask is None else decode_rle(self.ignore_mask)
 
 
 @dataclass(frozen=True, slots=True)

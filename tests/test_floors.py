@@ -43,8 +43,8 @@ GROUND = {
     "texts",
     "extras",
     "shipped",
+    "version",
     "words",
-    "__init__",
 }
 # Within floor 2 the data flows left to right; nothing flows backwards.
 ORDER_ON_FLOOR_2 = [

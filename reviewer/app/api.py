@@ -314,7 +314,7 @@ def _mask_reply(revision: MaskRevision) -> m.MaskReply:
     return m.MaskReply(
         revision=revision.number,
         mask=m.RleMask(height=mask.height, width=mask.width, counts=mask.counts),
-        ignore=revision.ignore_rle,
+        ignore=revision.ignore_mask.counts if revision.ignore_mask else None,
         annotator=revision.annotator,
         created_at=revision.created_at,
     )

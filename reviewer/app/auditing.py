@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, Request
 from reviewer.app import messages as m
 from reviewer.app.details import pair_detail
 from reviewer.editing.verdicts import Given, change_standing, give_verdict
-from reviewer.evaluation.outcomes import refresh_terms
+from reviewer.evaluation.outcomes import Unsaved
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store import runs
 from reviewer.store.database import Store
@@ -33,11 +33,10 @@ class StandingChange(m.Message):
 
 def build_auditing(store: Store) -> APIRouter:
     """Return the router of the audit."""
-    router = APIRouter()
+    router, unsaved = APIRouter(), Unsaved(store)
 
     def judged_pair(given: Given, who: int) -> JudgedPair:
-        run = next(known for known in runs.list_runs(store) if known.id == given.run_id)
-        detail = pair_detail(store, given.pair_id, who, run)
+        detail = pair_detail(store, given.pair_id, who, runs.run_of_id(store, given.run_id))
         return JudgedPair(audit=given.audit, **dict(detail))
 
     @router.get("/audit-queue")
@@ -46,8 +45,6 @@ def build_auditing(store: Store) -> APIRouter:
     ) -> list[m.DoubtfulRegionInfo]:
         """The regions of a run that wait for a first or a second opinion, most doubtful first."""
         chosen = runs.run_or_newest(store, query.run)
-        if query.order != "threshold":
-            refresh_terms(store, chosen)
         found = list_doubtful(
             store,
             chosen.id,
@@ -56,6 +53,7 @@ def build_auditing(store: Store) -> APIRouter:
             order=query.order,
             opinion=query.opinion,
             annotator_id=known_annotator(store, str(request.state.annotator)),
+            unsaved=unsaved.of_run(chosen) if query.order != "threshold" else {},
         )
         return [
             m.DoubtfulRegionInfo(

@@ -16,7 +16,6 @@ from dataclasses import dataclass, field
 from threading import RLock
 from typing import Any
 
-from reviewer import __version__
 from reviewer.app.details import choose_run
 from reviewer.app.frame_messages import Filtered, Joining, Ready, ToFrame
 from reviewer.records import Run
@@ -25,6 +24,7 @@ from reviewer.store.pairs import list_splits, pair_ids, pair_of_id
 from reviewer.store.queue import QueueEntry, list_queue
 from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.runs import list_runs
+from reviewer.version import VERSION
 from reviewer.words import PairState, QueueOrder, TeamState
 
 Send = Callable[[ToFrame], None]
@@ -102,7 +102,7 @@ class Desk:
                 self.pair_id = self.ids[0]
             ready = Ready(
                 type="ready",
-                version=__version__,
+                version=VERSION,
                 store=self.store.identity,
                 annotator=annotator,
                 run=self.run,

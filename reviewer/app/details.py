@@ -13,7 +13,7 @@ from reviewer.app.messages import (
     SkipInfo,
     TruthInfo,
 )
-from reviewer.evaluation.outcomes import f_by_outcome, refresh_terms
+from reviewer.evaluation.outcomes import f_by_outcome
 from reviewer.metrics import Counts, f_score, precision, recall
 from reviewer.models.registry import segmenter_reads
 from reviewer.records import Run, StoredRegion
@@ -140,7 +140,6 @@ def _f_if(
     now = counts.get("audited") or counts.get("doi")
     if now is None:
         return {}
-    refresh_terms(store, run, pair_id=pair_id)
     outcomes = {region.id: str(region.outcome) for region in regions}
     return f_by_outcome(store, run, pair_id, outcomes, now)
 

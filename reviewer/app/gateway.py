@@ -19,7 +19,6 @@ from starlette.routing import compile_path
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocketDisconnect
 
-from reviewer import __version__
 from reviewer.app import frame_messages as frame
 from reviewer.app.access import Access, Guard, problem
 from reviewer.app.api import build_api
@@ -33,6 +32,7 @@ from reviewer.editing.clicks import Clicks
 from reviewer.errors import InvalidInput, ReviewerError, tell_system_error
 from reviewer.shipped import shipped_folder
 from reviewer.store.database import Store
+from reviewer.version import VERSION
 
 LOG = logging.getLogger(__name__)
 LARGEST_MESSAGE = 100_000
@@ -69,7 +69,7 @@ def build_gateway(
 
     app = FastAPI(
         title="reviewer",
-        version=__version__,
+        version=VERSION,
         openapi_url="/api/openapi.json",
         docs_url=None,
         redoc_url=None,

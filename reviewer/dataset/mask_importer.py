@@ -126,7 +126,7 @@ def import_masks(
     revisions, written, unchanged = [], [], 0
     for pair, mask, ignore in wanted.values():
         known = newest.get(pair.id)
-        if known and (known.mask, known.ignore_rle) == (mask, ignore and ignore.counts):
+        if known and (known.mask, known.ignore_mask) == (mask, ignore):
             unchanged += 1
             continue
         if known and not replace:

@@ -14,7 +14,7 @@ from reviewer.masks import Rle, decode_png, encode_rle, png_size, read_rle
 from reviewer.records import Pair
 from reviewer.store.database import Store
 from reviewer.store.reviews import set_review_state
-from reviewer.store.revisions import add_revision
+from reviewer.store.revisions import NewRevision, add_revision
 from reviewer.texts import clean_text
 from reviewer.words import ReviewState, RevisionSource
 
@@ -120,17 +120,17 @@ def commit_mask(store: Store, pair_id: int, annotator_id: int, edit: MaskEdit) -
         NotFound, InvalidInput, Conflict, Locked: as `store.revisions.add_revision`.
     """
     check_log(edit.tool_log)
-    number = add_revision(
-        store,
+    new = NewRevision(
         pair_id,
         edit.mask,
-        parent=edit.parent,
-        annotator_id=annotator_id,
-        source=edit.source,
-        ignore=edit.ignore,
-        active_seconds=edit.active_seconds,
-        tool_log=edit.tool_log,
+        edit.parent,
+        edit.ignore,
+        annotator_id,
+        edit.source,
+        edit.active_seconds,
+        edit.tool_log,
     )
+    number = add_revision(store, new)
     _count(store, pair_id)
     return number
 

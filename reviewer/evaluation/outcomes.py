@@ -1,4 +1,8 @@
-"""Bring the terms of a run up to date, and read them. Masks are decoded here and never later."""
+"""Bring the terms of a run up to date, and read them. Masks are decoded here and never later.
+
+Reading writes nothing: outcomes that are out of date are computed for one answer (`f_by_outcome`)
+or kept in memory (`Unsaved`).
+"""
 
 from __future__ import annotations
 
@@ -14,7 +18,7 @@ from reviewer.evaluation.terms import (
     scored_pixels,
 )
 from reviewer.evaluation.whatif import WhatIf
-from reviewer.masks import components, crop_of_rle, decode_rle, merge_rles
+from reviewer.masks import Crop, Mask, Rle, components, crop_of_rle, decode_rle, merge_rles
 from reviewer.metrics import Counts, f_score
 from reviewer.records import Run
 from reviewer.store.database import Store
@@ -30,7 +34,9 @@ from reviewer.store.terms import (
 from reviewer.store.truth import truth_of_pair
 
 BATCH = 64
-Made = tuple[StaleTerms, int, str, dict[int, dict[str, Counts]]]
+Outcomes = dict[int, dict[str, Counts]]
+"""What each outcome of a region would give, by region id and outcome."""
+Made = tuple[StaleTerms, int, str, Outcomes]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,14 +78,18 @@ def f_by_outcome(
     store: Store, run: Run, pair_id: int, outcomes: Mapping[int, str], now: Counts
 ) -> dict[int, dict[str, float | None]]:
     """Return F of a pair if one region ended otherwise and all else stayed, by region and outcome;
-    None where truth and mask would both be empty.
+    None where truth and mask would both be empty. Nothing is written.
 
     Args:
         outcomes: what happens to each region now, by id.
         now: counts of the pair's mask now.
     """
+    if stale_terms(store, run.id, pair_id):
+        known = _Masks.load(store, run, pair_id).outcomes(store, run)
+    else:
+        known = region_outcomes(store, run.id, pair_id)
     found: dict[int, dict[str, float | None]] = {}
-    for region_id, counts in region_outcomes(store, run.id, pair_id).items():
+    for region_id, counts in known.items():
         own = counts.get(outcomes.get(region_id, ""))
         if own is None:
             continue
@@ -100,26 +110,73 @@ def _f_or_none(counts: Counts) -> float | None:
     return None if counts.rightly_empty else f_score(counts)
 
 
+class Unsaved:
+    """Outcomes that the store lacks or has of another revision, each made once, in memory only.
+
+    Threads may share it: two that ask at once make the same thing twice.
+    """
+
+    def __init__(self, store: Store) -> None:
+        """Read from this store, and write nothing to it."""
+        self._store = store
+        self._made: dict[int, dict[StaleTerms, Outcomes]] = {}
+
+    def of_run(self, run: Run) -> Outcomes:
+        """Return the outcomes of all pairs of a run whose stored ones are out of date."""
+        known = self._made.get(run.id, {})
+        made = {
+            pair: known[pair]
+            if pair in known
+            else _Masks.load(self._store, run, pair.pair_id).outcomes(self._store, run)
+            for pair in stale_terms(self._store, run.id)
+        }
+        self._made[run.id] = made
+        return {region_id: each for one in made.values() for region_id, each in one.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class _Masks:
+    """The decoded masks of an integrated pair with a truth."""
+
+    pair_id: int
+    change: Mask
+    truth: Mask
+    ignore: Mask | None
+    live: list[Crop | None]
+    past: list[Rle]
+
+    @classmethod
+    def load(cls, store: Store, run: Run, pair_id: int) -> _Masks:
+        detection = load_detection(store, run.id, pair_id)
+        revision = truth_of_pair(store, pair_id)
+        assert detection is not None and revision is not None, "an integrated pair with a truth"
+        objects = load_objects(store, run.id, pair_id)
+        return cls(
+            pair_id,
+            decode_rle(detection.mask),
+            decode_rle(revision.mask),
+            revision.ignore(),
+            [crop_of_rle(thing.mask) for thing in objects if thing.side == "live"],
+            [thing.mask for thing in objects if thing.side == "reference"],
+        )
+
+    def outcomes(self, store: Store, run: Run) -> Outcomes:
+        right, wrong = scored_pixels(self.truth, self.ignore)
+        _, parts = components(self.change)
+        return {
+            stored.id: region_counts(stored.region, self.live, parts, right, wrong)
+            for stored in load_regions(store, run.id, self.pair_id)
+        }
+
+
 def _make(store: Store, run: Run, pair: StaleTerms) -> Made:
-    detection = load_detection(store, run.id, pair.pair_id)
-    revision = truth_of_pair(store, pair.pair_id)
-    assert detection is not None and revision is not None, "an integrated pair with a truth"
-    change, truth = decode_rle(detection.mask), decode_rle(revision.mask)
-    height, width = change.shape
-    ignore = revision.ignore()
+    masks = _Masks.load(store, run, pair.pair_id)
+    height, width = masks.change.shape
     alignment = load_alignment(store, run.id, pair.pair_id)
-    objects = load_objects(store, run.id, pair.pair_id)
-    live = [crop_of_rle(thing.mask) for thing in objects if thing.side == "live"]
-    past = [thing.mask for thing in objects if thing.side == "reference"]
     valid = decode_rle(alignment.valid) if alignment else None
-    terms = pair_terms(change, live, merge_rles(past, height, width), valid, truth, ignore)
-    right, wrong = scored_pixels(truth, ignore)
-    _, parts = components(change)
-    regions = {
-        stored.id: region_counts(stored.region, live, parts, right, wrong)
-        for stored in load_regions(store, run.id, pair.pair_id)
-    }
-    return pair, terms.truth_px, _packed(terms), regions
+    past = merge_rles(masks.past, height, width)
+    terms = pair_terms(masks.change, masks.live, past, valid, masks.truth, masks.ignore)
+    return pair, terms.truth_px, _packed(terms), masks.outcomes(store, run)
 
 
 def _packed(terms: PairTerms) -> str:

@@ -12,7 +12,6 @@ from typing import IO, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from reviewer import __version__
 from reviewer.errors import NotFound
 from reviewer.evaluation.audit import AuditReport, audit_report
 from reviewer.evaluation.audit_figure import draw_predictors
@@ -35,6 +34,7 @@ from reviewer.store.pairs import list_pairs
 from reviewer.store.runs import list_runs
 from reviewer.store.scores import pair_scores
 from reviewer.store.skips import count_skips, skipped_line
+from reviewer.version import VERSION
 from reviewer.words import Standing
 
 STEPS = 101
@@ -127,7 +127,7 @@ def _head(lines: Sequence[Line], protocol: Protocol, basis: str) -> str:
         f'<p class="soft">{len(names)} run{"s" * (len(names) != 1)} on'
         f" {basis}. {rule[0].upper()}{rule[1:]}, means weigh {protocol.weight} alike."
         f" {ignored:,} of {pixels:,} pixels are ill-posed and were left out"
-        f" ({ignored / pixels if pixels else 0:.2%}). reviewer {__version__}.</p>"
+        f" ({ignored / pixels if pixels else 0:.2%}). reviewer {VERSION}.</p>"
     )
 
 

@@ -13,10 +13,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from reviewer import __version__
 from reviewer.errors import Conflict
 from reviewer.export.selection import Labelled
-from reviewer.masks import Rle, components, decode_rle, encode_rle, read_rle
+from reviewer.masks import Rle, components, decode_rle, encode_rle
+from reviewer.version import VERSION
 
 
 def coco_document(
@@ -61,13 +61,12 @@ def coco_document(
         )
         for part in _components(mask) if per_component else [mask] if mask.area else []:
             annotate(pair.id, part, ill_posed=False)
-        if item.ignore_rle is not None:
-            ignored = read_rle(mask.height, mask.width, item.ignore_rle)
-            annotate(pair.id, ignored, ill_posed=True)
+        if item.ignore_mask is not None:
+            annotate(pair.id, item.ignore_mask, ill_posed=True)
     return {
         "info": {
             "description": "change-detection ground truth",
-            "reviewer": __version__,
+            "reviewer": VERSION,
             **({"skipped": list(skipped)} if skipped else {}),
         },
         "categories": [{"id": 1, "name": "change", "supercategory": "change"}],

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from reviewer import __version__
 from reviewer.export.selection import Labelled
+from reviewer.version import VERSION
 
 
 def pair_entry(item: Labelled, files: Mapping[str, str]) -> dict[str, Any]:
@@ -47,7 +47,7 @@ def write_manifest(
         "changed": changed,
         "unchanged": 0,
         "settings": settings,
-        "reviewer": __version__,
+        "reviewer": VERSION,
         "files": {
             path: hashlib.sha256(content).hexdigest() for path, content in (files or {}).items()
         },

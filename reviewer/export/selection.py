@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from reviewer.errors import InvalidInput, NotFound
-from reviewer.masks import Mask, Rle, decode_beside, decode_rle, encode_rle
+from reviewer.masks import Mask, Rle, decode_rle, encode_rle
 from reviewer.records import MaskRevision, Pair
 from reviewer.store.audited import pairs_with_verdict
 from reviewer.store.database import Store
@@ -76,18 +76,18 @@ class Labelled:
     """A pair with the mask to export.
 
     Attributes:
-        ignore_rle: pixels not to score, run-lengths of the mask's size; None = none.
+        ignore_mask: pixels not to score; None = none.
         origin: where the mask comes from: revision and annotator, or run.
     """
 
     pair: Pair
     mask: Rle
-    ignore_rle: str | None
+    ignore_mask: Rle | None
     origin: Mapping[str, Any]
 
     def ignore(self) -> Mask | None:
         """Return the ignore mask, bool (H, W); None where there is none."""
-        return decode_beside(self.mask, self.ignore_rle)
+        return None if self.ignore_mask is None else decode_rle(self.ignore_mask)
 
 
 def select_labelled(store: Store, selection: Selection) -> tuple[list[Labelled], list[Pair]]:
@@ -136,7 +136,7 @@ def _truths(store: Store, pairs: Sequence[Pair], states: Sequence[str]) -> dict[
 
 def _of_revision(pair: Pair, revision: MaskRevision) -> Labelled:
     origin = {"revision": revision.number, "annotator": revision.annotator}
-    return Labelled(pair, revision.mask, revision.ignore_rle, origin)
+    return Labelled(pair, revision.mask, revision.ignore_mask, origin)
 
 
 def _agreed(store: Store, pairs: Sequence[Pair], people: int) -> dict[int, Labelled]:
@@ -162,8 +162,8 @@ def _majority(pair: Pair, revisions: Sequence[MaskRevision]) -> Labelled:
         "annotators": [revision.annotator for revision in revisions],
         "revisions": [revision.number for revision in revisions],
     }
-    counts = encode_rle(ignore).counts if ignore.any() else None
-    return Labelled(pair, encode_rle(changed), counts, origin)
+    ignored_by_most = encode_rle(ignore) if ignore.any() else None
+    return Labelled(pair, encode_rle(changed), ignored_by_most, origin)
 
 
 def _predictions(store: Store, pairs: Sequence[Pair], name: str) -> dict[int, Labelled]:

@@ -22,13 +22,13 @@ from typing import Any, TextIO
 
 from filelock import FileLock, Timeout
 
-from reviewer import __version__
 from reviewer.dataset.files import hash_file
 from reviewer.dataset.pictures import upright_bytes
 from reviewer.errors import Conflict, InvalidInput
 from reviewer.export.manifest import pair_entry, write_manifest
 from reviewer.export.selection import Labelled
 from reviewer.records import Image
+from reviewer.version import VERSION
 
 JOURNAL = ".journal.jsonl"
 SHARD_PX = 80_000_000
@@ -128,7 +128,7 @@ def _write(
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
         raise Conflict(f"{target}: exists already; name a new folder")
     work = target.parent / f".{target.name}.partial"
-    kept = _take_up(work, {"form": form, "settings": dict(settings), "reviewer": __version__})
+    kept = _take_up(work, {"form": form, "settings": dict(settings), "reviewer": VERSION})
     lock, owner = Lock(), dict[str, str]()
     with (
         (work / JOURNAL).open("a", encoding="utf-8") as journal,
@@ -208,7 +208,7 @@ def _made_of(part: Part) -> str:
             item.pair.live.sha256,
             item.pair.reference.sha256,
             item.mask.counts,
-            item.ignore_rle,
+            item.ignore_mask.counts if item.ignore_mask else None,
             dict(item.origin),
         ]
         for item in part.items

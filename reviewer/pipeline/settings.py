@@ -8,9 +8,9 @@ from dataclasses import asdict, dataclass, field, fields
 from importlib.metadata import version
 from typing import Any
 
-from reviewer import __version__
 from reviewer.doi import HIGH, LOW
 from reviewer.errors import InvalidInput
+from reviewer.version import VERSION
 from reviewer.words import Overlaps, Scope, Seen
 
 IMPORTED = "imported"
@@ -97,7 +97,7 @@ class PipelineSettings:
 def current_versions() -> dict[str, str]:
     """Return the versions that decide results."""
     return {
-        "reviewer": __version__,
+        "reviewer": VERSION,
         "python": platform.python_version(),
         "numpy": version("numpy"),
         "opencv": version("opencv-python-headless"),

@@ -14,7 +14,7 @@ from reviewer.geometry import Grid, Pose2
 from reviewer.masks import Rle
 from reviewer.records import Image, OccupancyMap, Pair, Split
 from reviewer.store.database import Store, require, utc_now
-from reviewer.store.revisions import insert_revision
+from reviewer.store.revisions import NewRevision, insert_revision
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,8 +93,7 @@ def add_split(
             ).lastrowid
             assert pair_id is not None
             if pair.truth is not None:
-                ignore_rle = pair.ignore.counts if pair.ignore else None
-                insert_revision(db, pair_id, 1, pair.truth, "import", ignore_rle=ignore_rle)
+                insert_revision(db, NewRevision(pair_id, pair.truth, 0, pair.ignore))
         return split_id
 
     return split_of_id(store, store.write(work))

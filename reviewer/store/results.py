@@ -12,8 +12,9 @@ import json
 import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar, assert_never
 
-from reviewer.errors import NotFound
+from reviewer.errors import InvalidInput, NotFound
 from reviewer.records import ObjectInstance
 from reviewer.store.database import Store, utc_now
 from reviewer.store.layers import (
@@ -28,6 +29,7 @@ from reviewer.store.layers import (
 from reviewer.store.regions import StoredIntegration, put_integration
 from reviewer.words import Stage
 
+T = TypeVar("T")
 GIVEN = "given:"
 # Regions have keys of their own and cost little: they are made again, not taken over.
 LAYER_TABLES: dict[Stage, str] = {
@@ -95,6 +97,7 @@ def save_results(
 
     Raises:
         Conflict: when people gave verdicts on regions that would be others now.
+        InvalidInput: when a stage does not make what is given; then nothing is written.
     """
 
     def work(db: sqlite3.Connection) -> None:
@@ -111,18 +114,42 @@ def save_results(
 
 
 def _put(db: sqlite3.Connection, run_id: int, pair_id: int, result: StageResult) -> None:
-    content = result.content
-    if isinstance(content, StoredAlignment):
-        put_alignment(db, run_id, pair_id, content)
-    elif isinstance(content, StoredDetection):
-        put_detection(db, run_id, pair_id, content)
-    elif isinstance(content, StoredIntegration):
-        put_integration(db, run_id, pair_id, content)
-    elif result.stage == "label":
-        put_labels(db, run_id, pair_id, [c for c in content if isinstance(c, StoredLabel)])
-    else:
-        put_objects(db, run_id, pair_id, [c for c in content if isinstance(c, ObjectInstance)])
+    match result.stage:
+        case "align":
+            put_alignment(db, run_id, pair_id, _one(result, StoredAlignment))
+        case "detect":
+            put_detection(db, run_id, pair_id, _one(result, StoredDetection))
+        case "label":
+            put_labels(db, run_id, pair_id, _several(result, StoredLabel))
+        case "search":
+            put_objects(db, run_id, pair_id, _several(result, ObjectInstance))
+        case "integrate":
+            put_integration(db, run_id, pair_id, _one(result, StoredIntegration))
+        case never:
+            assert_never(never)
     _note(db, run_id, pair_id, result.stage, result.key, result.seconds)
+
+
+def _one(result: StageResult, kind: type[T]) -> T:
+    if not isinstance(result.content, kind):
+        raise InvalidInput(_misfit(result, result.content, kind))
+    return result.content
+
+
+def _several(result: StageResult, kind: type[T]) -> list[T]:
+    if not isinstance(result.content, Sequence):
+        raise InvalidInput(_misfit(result, result.content, kind))
+    found: list[T] = []
+    for thing in result.content:
+        if not isinstance(thing, kind):
+            raise InvalidInput(_misfit(result, thing, kind))
+        found.append(thing)
+    return found
+
+
+def _misfit(result: StageResult, content: object, kind: type) -> str:
+    made = type(content).__name__
+    return f"result of stage {result.stage}: must be of {kind.__name__}, not {made}"
 
 
 def _note(

@@ -8,7 +8,13 @@ from collections.abc import Sequence
 from reviewer.errors import Conflict, InvalidInput
 from reviewer.masks import empty_rle
 from reviewer.store.database import Store, utc_now
-from reviewer.store.revisions import insert_revision, newest_row, pair_row
+from reviewer.store.revisions import (
+    NewRevision,
+    ignore_of_row,
+    insert_revision,
+    newest_row,
+    pair_row,
+)
 from reviewer.texts import clean_text
 from reviewer.words import REVIEW_STATES, ReviewState
 
@@ -102,16 +108,18 @@ def set_review_state(
                 f"pair {pair['title']}: has no mask to submit; draw one, or confirm it empty"
             )
         if state == "confirmed_empty" and (newest is None or newest["area"] > 0):
-            number += 1
             insert_revision(
                 db,
-                pair_id,
-                number,
-                empty_rle(pair["height"], pair["width"]),
-                "confirmed_empty",
-                annotator_id=annotator,
-                ignore_rle=newest["ignore_rle"] if newest else None,
+                NewRevision(
+                    pair_id,
+                    empty_rle(pair["height"], pair["width"]),
+                    number,
+                    ignore_of_row(newest) if newest else None,
+                    annotator,
+                    "confirmed_empty",
+                ),
             )
+            number += 1
         if active_seconds:
             db.execute(
                 "INSERT INTO looking_times VALUES (?, ?, ?) ON CONFLICT DO UPDATE SET"

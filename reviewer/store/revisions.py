@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from reviewer.errors import Conflict, InvalidInput, Locked
-from reviewer.masks import Rle
+from reviewer.masks import Rle, rle_beside
 from reviewer.records import MaskRevision
 from reviewer.store.database import Store, mask_columns, require, utc_now
 from reviewer.words import FINISHED, RevisionSource
@@ -70,25 +70,30 @@ def revision_of_number(store: Store, pair_id: int, number: int) -> MaskRevision:
     return revision_of_row(require(row, f"pair {pair_id}: has no revision {number}"))
 
 
-def add_revision(
-    store: Store,
-    pair_id: int,
-    mask: Rle,
-    *,
-    parent: int,
-    annotator_id: int | None,
-    source: RevisionSource,
-    ignore: Rle | None = None,
-    active_seconds: float = 0.0,
-    tool_log: Sequence[Mapping[str, Any]] = (),
-) -> int:
-    """Append ground truth made from revision `parent` (0 = none yet); return its number.
+@dataclass(frozen=True, slots=True)
+class NewRevision:
+    """Ground truth to append to a pair, made from revision `parent` (0 = none yet).
+
+    Attributes:
+        ignore: pixels not to score; None keeps the parent's, an empty mask clears them.
+        annotator_id: who drew it; None = nobody, an import.
+    """
+
+    pair_id: int
+    mask: Rle
+    parent: int
+    ignore: Rle | None = None
+    annotator_id: int | None = None
+    source: RevisionSource = "import"
+    active_seconds: float = 0.0
+    tool_log: Sequence[Mapping[str, Any]] = ()
+
+
+def add_revision(store: Store, new: NewRevision) -> int:
+    """Append ground truth; return its number.
 
     Saying the same thing twice is one revision, so an answer that got lost can be asked for again.
     The pair becomes "in progress" for an annotator who had not begun it.
-
-    Args:
-        ignore: pixels not to score; None keeps the parent's, an empty mask clears them.
 
     Raises:
         NotFound: when the pair does not exist.
@@ -96,121 +101,81 @@ def add_revision(
         Conflict: when `parent` is not the newest revision.
         Locked: when the annotator has finished the pair.
     """
-
-    def work(db: sqlite3.Connection) -> int:
-        return _append(
-            db, pair_id, mask, parent, annotator_id, source, ignore, active_seconds, tool_log
-        )
-
-    return store.write(work)
-
-
-@dataclass(frozen=True, slots=True)
-class NewRevision:
-    """Ground truth to append to a pair, made from revision `parent`."""
-
-    pair_id: int
-    mask: Rle
-    parent: int
-    ignore: Rle
+    return store.write(lambda db: _append(db, new))
 
 
 def add_revisions(store: Store, revisions: Sequence[NewRevision]) -> None:
-    """Append imported ground truth to many pairs: to all of them, or to none.
+    """Append ground truth to many pairs: to all of them, or to none.
 
     Raises:
-        InvalidInput, Conflict: as `add_revision`.
+        NotFound, InvalidInput, Conflict, Locked: as `add_revision`.
     """
 
     def work(db: sqlite3.Connection) -> None:
         for new in revisions:
-            _append(db, new.pair_id, new.mask, new.parent, None, "import", new.ignore, 0.0, ())
+            _append(db, new)
 
     store.write(work)
 
 
-def _append(
-    db: sqlite3.Connection,
-    pair_id: int,
-    mask: Rle,
-    parent: int,
-    annotator_id: int | None,
-    source: RevisionSource,
-    ignore: Rle | None,
-    active_seconds: float,
-    tool_log: Sequence[Mapping[str, Any]],
-) -> int:
-    pair = pair_row(db, pair_id)
+def _append(db: sqlite3.Connection, new: NewRevision) -> int:
+    pair = pair_row(db, new.pair_id)
     size = (pair["height"], pair["width"])
-    for name, rle in (("mask", mask), ("ignore mask", ignore)):
+    for name, rle in (("mask", new.mask), ("ignore mask", new.ignore)):
         if rle is not None and (rle.height, rle.width) != size:
             raise InvalidInput(
                 f"pair {pair['title']}: the {name} is {rle.width}x{rle.height},"
                 f" but the live image is {size[1]}x{size[0]}"
             )
-    _refuse_when_finished(db, pair_id, annotator_id, pair["title"])
-    newest = newest_row(db, pair_id)
-    number, kept = (newest["number"], newest["ignore_rle"]) if newest else (0, None)
-    ignore_rle = kept if ignore is None else (ignore.counts if ignore.area else None)
-    if newest and number == parent + 1:
+    _refuse_when_finished(db, new.pair_id, new.annotator_id, pair["title"])
+    newest = newest_row(db, new.pair_id)
+    number = newest["number"] if newest else 0
+    if new.ignore is None and newest:
+        new = replace(new, ignore=ignore_of_row(newest))
+    if newest and number == new.parent + 1:
         stored = (newest["annotator_id"], newest["rle"], newest["ignore_rle"])
-        if stored == (annotator_id, mask.counts, ignore_rle):
+        if stored == (new.annotator_id, new.mask.counts, _ignore_column(new.ignore)):
             return int(number)
-    if parent != number:
+    if new.parent != number:
         raise Conflict(
-            f"pair {pair['title']}: made from revision {parent}, but the newest is {number}"
+            f"pair {pair['title']}: made from revision {new.parent}, but the newest is {number}"
         )
-    insert_revision(
-        db,
-        pair_id,
-        parent + 1,
-        mask,
-        source,
-        annotator_id=annotator_id,
-        ignore_rle=ignore_rle,
-        active_seconds=active_seconds,
-        tool_log=tool_log,
-    )
-    if annotator_id is not None:
+    insert_revision(db, new)
+    if new.annotator_id is not None:
         db.execute(
             "INSERT OR IGNORE INTO reviews (pair_id, annotator_id, state, updated_at)"
             " VALUES (?, ?, 'in_progress', ?)",
-            [pair_id, annotator_id, utc_now()],
+            [new.pair_id, new.annotator_id, utc_now()],
         )
-    return parent + 1
+    return new.parent + 1
 
 
-def insert_revision(
-    db: sqlite3.Connection,
-    pair_id: int,
-    number: int,
-    mask: Rle,
-    source: RevisionSource,
-    *,
-    annotator_id: int | None = None,
-    ignore_rle: str | None = None,
-    active_seconds: float = 0.0,
-    tool_log: Sequence[Mapping[str, Any]] = (),
-) -> None:
-    """Write revision `number` inside a transaction of the writer; its parent is the one before."""
+def insert_revision(db: sqlite3.Connection, new: NewRevision) -> None:
+    """Write the revision after `parent` inside a transaction of the writer; what it ignores is all
+    that is given, and nothing of the parent's."""
     db.execute(
         "INSERT INTO mask_revisions (pair_id, number, parent, annotator_id, source,"
         " height, width, rle, area, box_x, box_y, box_width, box_height,"
         " ignore_rle, active_seconds, tool_log, created_at)"
         " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
         [
-            pair_id,
-            number,
-            number - 1,
-            annotator_id,
-            source,
-            *mask_columns(mask),
-            ignore_rle,
-            active_seconds,
-            json.dumps(list(tool_log), separators=(",", ":")),
+            new.pair_id,
+            new.parent + 1,
+            new.parent,
+            new.annotator_id,
+            new.source,
+            *mask_columns(new.mask),
+            _ignore_column(new.ignore),
+            new.active_seconds,
+            json.dumps(list(new.tool_log), separators=(",", ":")),
             utc_now(),
         ],
     )
+
+
+def _ignore_column(ignore: Rle | None) -> str | None:
+    """Return what is kept of an ignore mask: an empty one is none."""
+    return ignore.counts if ignore and ignore.area else None
 
 
 def newest_row(db: sqlite3.Connection, pair_id: int) -> sqlite3.Row | None:
@@ -254,7 +219,7 @@ def revision_of_row(row: sqlite3.Row) -> MaskRevision:
         row["pair_id"],
         row["number"],
         rle_of_row(row),
-        row["ignore_rle"],
+        ignore_of_row(row),
         row["source"],
         row["annotator"],
         row["active_seconds"],
@@ -267,3 +232,8 @@ def rle_of_row(row: sqlite3.Row) -> Rle:
     """Return the mask of a row that has the mask columns."""
     box = (row["box_x"], row["box_y"], row["box_width"], row["box_height"])
     return Rle(row["height"], row["width"], row["rle"], row["area"], box)
+
+
+def ignore_of_row(row: sqlite3.Row) -> Rle | None:
+    """Return the ignore mask of a revision's row; None where it has none."""
+    return rle_beside(rle_of_row(row), row["ignore_rle"])

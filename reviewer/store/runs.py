@@ -10,7 +10,7 @@ from typing import Any
 
 from reviewer.errors import Conflict, NotFound
 from reviewer.records import Run
-from reviewer.store.database import Store, utc_now
+from reviewer.store.database import Store, require, utc_now
 from reviewer.texts import clean_text
 
 
@@ -59,7 +59,7 @@ def open_run(
         return key
 
     key = store.write(work)
-    return next(run for run in list_runs(store) if run.id == key)
+    return run_of_id(store, key)
 
 
 def complete_settings(store: Store, run_id: int, settings: Mapping[str, Any]) -> None:
@@ -82,18 +82,29 @@ def _differing(
 
 def list_runs(store: Store) -> list[Run]:
     """Return all runs, oldest first."""
-    return [
-        Run(
-            row["id"],
-            row["name"],
-            row["aligner"],
-            row["detector"],
-            row["segmenter"],
-            json.loads(row["settings"]),
-            row["created_at"],
-        )
-        for row in store.read().execute("SELECT * FROM runs ORDER BY id")
-    ]
+    return [_run_of_row(row) for row in store.read().execute("SELECT * FROM runs ORDER BY id")]
+
+
+def run_of_id(store: Store, run_id: int) -> Run:
+    """Return a run.
+
+    Raises:
+        NotFound: when there is none of that id.
+    """
+    row = store.read().execute("SELECT * FROM runs WHERE id = ?", [run_id]).fetchone()
+    return _run_of_row(require(row, f"run {run_id}: does not exist"))
+
+
+def _run_of_row(row: sqlite3.Row) -> Run:
+    return Run(
+        row["id"],
+        row["name"],
+        row["aligner"],
+        row["detector"],
+        row["segmenter"],
+        json.loads(row["settings"]),
+        row["created_at"],
+    )
 
 
 def clean_run_name(name: str) -> str:
@@ -111,11 +122,11 @@ def run_of_name(store: Store, name: str) -> Run:
     Raises:
         NotFound: when there is none of that name.
     """
-    runs = list_runs(store)
-    for run in runs:
-        if run.name == name:
-            return run
-    raise NotFound(f"run {name}: does not exist; there are {', '.join(r.name for r in runs)}")
+    row = store.read().execute("SELECT * FROM runs WHERE name = ?", [name]).fetchone()
+    if row is None:
+        known = ", ".join(run.name for run in list_runs(store))
+        raise NotFound(f"run {name}: does not exist; there are {known}")
+    return _run_of_row(row)
 
 
 def run_or_newest(store: Store, name: str | None) -> Run:

@@ -7,7 +7,7 @@ import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from reviewer.masks import Rle
+from reviewer.masks import Rle, rle_beside
 from reviewer.metrics import Counts
 from reviewer.records import Score
 from reviewer.store.database import Store
@@ -90,9 +90,8 @@ def mask_pair(store: Store, run_id: int, pair_id: int, method: Method) -> MaskPa
 
 
 def _truth_of_row(row: sqlite3.Row) -> tuple[Rle, Rle | None]:
-    height, width, ignore = row["height"], row["width"], row["ignore_rle"]
-    truth = Rle(height, width, row["t_rle"], row["t_area"], (0, 0, 0, 0))
-    return truth, Rle(height, width, ignore, 0, (0, 0, 0, 0)) if ignore else None
+    truth = Rle(row["height"], row["width"], row["t_rle"], row["t_area"], (0, 0, 0, 0))
+    return truth, rle_beside(truth, row["ignore_rle"])
 
 
 def stale_scores(store: Store, pair_id: int | None = None) -> list[StaleScore]:

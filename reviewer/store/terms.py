@@ -13,11 +13,17 @@ from reviewer.store.skips import NOT_SKIPPED
 
 @dataclass(frozen=True, slots=True)
 class StaleTerms:
-    """A pair whose terms are missing, or belong to another revision or another integration."""
+    """A pair whose terms are missing, or belong to another revision or another integration.
+
+    Attributes:
+        newest_region: with the key it says which rows the regions are: the same ones may be
+            written again, with other ids.
+    """
 
     pair_id: int
     revision: int
     key: str
+    newest_region: int | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +41,9 @@ def stale_terms(store: Store, run_id: int, pair_id: int | None = None) -> list[S
     # Two queries rather than one with an OR, which no index would serve.
     one = "" if pair_id is None else " AND r.pair_id = ?"
     rows = store.read().execute(
-        "SELECT r.pair_id, t.number, r.key FROM results r JOIN ground_truth t USING (pair_id)"
+        "SELECT r.pair_id, t.number, r.key, (SELECT max(g.id) FROM regions g"
+        " WHERE g.run_id = r.run_id AND g.pair_id = r.pair_id)"
+        " FROM results r JOIN ground_truth t USING (pair_id)"
         " LEFT JOIN pair_terms k ON k.run_id = r.run_id AND k.pair_id = r.pair_id"
         " WHERE r.run_id = ? AND r.stage = 'integrate'"
         f" AND (k.revision IS NULL OR k.revision <> t.number OR k.key <> r.key){one}",

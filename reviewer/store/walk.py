@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
+from reviewer.metrics import Counts
 from reviewer.store.database import Store
 from reviewer.store.skips import NOT_SKIPPED
 from reviewer.words import Opinion, WalkOrder
 
-# Per region: pixels that are wrong after its decision, and after the other one.
-WRONG = """
-SELECT sum(o.fp + o.fn) FROM region_outcomes o WHERE o.region_id = g.id AND o.revision = t.number
-    AND o.outcome = """
+# Per region: pixels that are wrong after its decision, and after the other one. What the store does
+# not have is given beside it, and goes first: stored outcomes may be of another integration.
+WRONG = """coalesce(
+    (SELECT u.wrong_px FROM unsaved u WHERE u.region_id = g.id AND u.outcome = {0}),
+    (SELECT sum(o.fp + o.fn) FROM region_outcomes o
+        WHERE o.region_id = g.id AND o.revision = t.number AND o.outcome = {0}))"""
+FLIPPED = "CASE g.choice WHEN 'keep' THEN 'adopt' ELSE 'keep' END"
 ORDERS: dict[WalkOrder, str] = {
     # One with f_b = 0 has DoI 0 whatever its IoU: those come after, fewest shared pixels first.
     "threshold": "f_b DESC, CASE WHEN f_b THEN abs(doi - :high) ELSE overlap_px END",
@@ -49,13 +56,14 @@ def list_doubtful(
     order: WalkOrder = "threshold",
     opinion: Opinion = "first",
     annotator_id: int = 0,
+    unsaved: Mapping[int, Mapping[str, Counts]] = MappingProxyType({}),
 ) -> list[DoubtfulRegion]:
     """Return the regions of a run that wait for a verdict, most doubtful first.
 
     Orders: "threshold" by the distance of DoI to `high`; "loss" by what flipping the decision
     gains; "disagreement" first where a verdict opposes the decision or another verdict, then where
-    the mask that a person drew does, most wrong pixels first. The last two need counted outcomes
-    (`evaluation.refresh_terms`).
+    the mask that a person drew does, most wrong pixels first. The last two need counted outcomes:
+    stored ones (`evaluation.refresh_terms`), or `unsaved` by region and outcome.
 
     Opinions: "first" are regions that nobody judged, "second" those that others judged, and the
     annotator did not.
@@ -74,10 +82,13 @@ def list_doubtful(
     # without it, equal regions could change places from one request to the next.
     rows = store.read().execute(
         f"""
-        WITH waiting AS (
+        WITH unsaved AS MATERIALIZED (
+            SELECT value ->> 0 AS region_id, value ->> 1 AS outcome, value ->> 2 AS wrong_px
+            FROM json_each(:unsaved)
+        ), waiting AS (
             SELECT g.id, g.pair_id, s.name AS split, p.name AS pair, g.doi, g.f_b, g.overlap_px,
-                ({WRONG} g.choice) AS wrong_px,
-                ({WRONG} CASE g.choice WHEN 'keep' THEN 'adopt' ELSE 'keep' END) AS flipped_px,
+                {WRONG.format("g.choice")} AS wrong_px,
+                {WRONG.format(FLIPPED)} AS flipped_px,
                 EXISTS (SELECT 1 FROM opinions e WHERE e.region_id = g.id
                     AND e.outcome <> g.choice) AS opposed,
                 t.annotator_id IS NOT NULL AS drawn
@@ -88,7 +99,19 @@ def list_doubtful(
         SELECT id, pair_id, split, pair, doi, gain_px, opposed FROM weighed
         ORDER BY {ORDERS[order]}, id LIMIT :limit
         """,
-        {"run": run_id, "me": annotator_id, "high": high, "limit": limit},
+        {
+            "run": run_id,
+            "me": annotator_id,
+            "high": high,
+            "limit": limit,
+            "unsaved": json.dumps(
+                [
+                    [region_id, outcome, counts.fp + counts.fn]
+                    for region_id, outcomes in unsaved.items()
+                    for outcome, counts in outcomes.items()
+                ]
+            ),
+        },
     )
     return [
         DoubtfulRegion(

@@ -24,7 +24,7 @@ def two(server, visit):
 
 def ignored(revision):
     mask = decode_rle(revision.mask)
-    return revision.ignore() if revision.ignore_rle else mask & False
+    return revision.ignore() if revision.ignore_mask else mask & False
 
 
 def owners(frame):

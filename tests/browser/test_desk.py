@@ -7,7 +7,7 @@ import pytest
 from playwright.sync_api import expect
 from workbench import live_place, on_live, reload, wait_saved, wait_title
 
-from reviewer.masks import decode_rle, intersection_over_union, read_rle
+from reviewer.masks import decode_rle, intersection_over_union
 from reviewer.store.reviews import annotator_id, review_state
 from reviewer.store.revisions import list_revisions, newest_revision
 
@@ -107,7 +107,7 @@ def test_a_box_is_a_prompt_too_on_the_reference_as_well(server, desk):
     page.keyboard.press("u")
     wait_saved(frame, 4)
     assert log_of(server, 4)[0]["picture"] == "reference"
-    assert newest_revision(server.store, 1).ignore_rle
+    assert newest_revision(server.store, 1).ignore_mask
 
 
 def test_the_ill_posed_layer_is_drawn_beside_the_mask(server, desk):
@@ -118,17 +118,17 @@ def test_the_ill_posed_layer_is_drawn_beside_the_mask(server, desk):
     on_live(frame, page, [(20, 90), (60, 90)])
     wait_saved(frame, 2)
     revision = newest_revision(server.store, 1)
-    ignored = decode_rle(read_rle(120, 160, revision.ignore_rle))
+    ignored = decode_rle(revision.ignore_mask)
     assert (decode_rle(revision.mask) == before).all()
     assert ignored[90, 30:50].all() and not ignored[50, 60]
     page.keyboard.press("i")
     on_live(frame, page, [(100, 20)])
     wait_saved(frame, 3)
-    assert newest_revision(server.store, 1).ignore_rle == revision.ignore_rle
+    assert newest_revision(server.store, 1).ignore_mask == revision.ignore_mask
     for _ in range(2):
         page.keyboard.press("Control+z")
     wait_saved(frame, 5)
-    assert newest_revision(server.store, 1).ignore_rle is None
+    assert newest_revision(server.store, 1).ignore_mask is None
 
 
 def test_undo_survives_a_reload(server, desk):
@@ -192,7 +192,7 @@ def test_proposals_of_every_source_are_walked_and_applied(server, desk):
     ]
     page.keyboard.press("u")
     wait_saved(frame, 4)
-    assert newest_revision(server.store, 1).ignore_rle
+    assert newest_revision(server.store, 1).ignore_mask
     reload(frame)
     expect(frame.locator("#proposal-list li .outcome")).to_have_text("ill-posed")
 
@@ -214,13 +214,13 @@ def test_any_revision_can_be_looked_at_and_restored(server, desk):
     frame.click("text=Restore r1")
     wait_saved(frame, 5)
     history = list_revisions(server.store, 1)
-    assert history[-1].mask == history[0].mask and history[-1].ignore_rle is None
+    assert history[-1].mask == history[0].mask and history[-1].ignore_mask is None
     assert history[-1].tool_log == ({"tool": "restore", "revision": 1},)
     for _ in range(2):
         page.keyboard.press("Control+z")
     wait_saved(frame, 7)
     newest = newest_revision(server.store, 1)
-    assert newest.mask == history[2].mask and newest.ignore_rle == history[2].ignore_rle
+    assert newest.mask == history[2].mask and newest.ignore_mask == history[2].ignore_mask
 
 
 def test_blind_first_hides_what_machines_say_until_one_has_submitted(server, desk):

@@ -186,7 +186,7 @@ def test_a_workbench_older_than_its_server_says_so(server, visit, monkeypatch):
     wait_title(frame, "cs1/0000")
     page.wait_for_timeout(1000)
     server.stop()
-    monkeypatch.setattr("reviewer.app.desks.__version__", "99.0")
+    monkeypatch.setattr("reviewer.app.desks.VERSION", "99.0")
     server.start()
     expect(frame.locator("#notice")).to_contain_text("Load the page again", timeout=20_000)
     wait_saved(frame, 1)

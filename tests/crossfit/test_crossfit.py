@@ -19,7 +19,7 @@ from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.layers import load_detection
 from reviewer.store.pairs import list_pairs, pair_ids
-from reviewer.store.revisions import add_revision
+from reviewer.store.revisions import NewRevision, add_revision
 from reviewer.store.runs import list_runs, run_of_name
 from reviewer.store.trainings import list_trainings
 
@@ -111,7 +111,9 @@ def test_the_maps_are_those_of_the_fold_that_holds_the_pair_out(db, rooms, tmp_p
 def test_ground_truth_that_changed_since_needs_another_name(db, rooms, tmp_path):
     labelled, _ = truth_of(db, rooms, tmp_path)
     pair = labelled[0].pair
-    add_revision(db, pair.id, empty_rle(120, 160), parent=1, annotator_id=None, source="import")
+    add_revision(
+        db, NewRevision(pair.id, empty_rle(120, 160), parent=1, annotator_id=None, source="import")
+    )
     fresh, _ = select_labelled(db, Selection())
     with pytest.raises(Conflict, match=f"pair {pair.title} was at revision 1; give"):
         write_truth(db, fresh, tmp_path / "truth", Selection(), rooms)

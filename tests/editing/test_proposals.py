@@ -7,7 +7,7 @@ from reviewer.masks import components, decode_rle, encode_rle
 from reviewer.store.layers import load_detection, load_objects
 from reviewer.store.regions import load_regions
 from reviewer.store.reviews import annotator_id
-from reviewer.store.revisions import add_revision, newest_revision
+from reviewer.store.revisions import NewRevision, add_revision, newest_revision
 
 
 def test_every_source_proposes_its_masks(db, run, tiny_split):
@@ -43,15 +43,11 @@ def test_the_tool_log_tells_what_became_of_a_proposal(db, run, tiny_split):
     for step, (action, expected) in enumerate(steps):
         other = np.zeros((120, 160), bool)
         other[step] = True
-        add_revision(
-            db,
-            pair.id,
-            encode_rle(other) if step % 2 else mask,
-            parent=number + step,
-            annotator_id=person,
-            source="edit",
-            tool_log=[action],
+        drawn = encode_rle(other) if step % 2 else mask
+        new = NewRevision(
+            pair.id, drawn, number + step, None, person, source="edit", tool_log=[action]
         )
+        add_revision(db, new)
         assert list_proposals(db, pair, run, ["region"])[0].outcome == expected
 
 
@@ -72,7 +68,9 @@ def test_missed_and_extra_compare_the_prediction_with_the_ground_truth(db, run, 
     pair, person = tiny_split[0], annotator_id(db, "Ada")
     mine = np.zeros((120, 160), bool)
     mine[100:110, 10:30] = True
-    add_revision(db, pair.id, encode_rle(mine), parent=1, annotator_id=person, source="edit")
+    add_revision(
+        db, NewRevision(pair.id, encode_rle(mine), parent=1, annotator_id=person, source="edit")
+    )
     (missed,) = list_proposals(db, pair, run, ["missed"])
     (extra,) = list_proposals(db, pair, run, ["extra"])
     assert decode_rle(missed.mask)[45:55, 55:70].all()

@@ -10,7 +10,7 @@ from people import draw
 from reviewer.doi import integrate
 from reviewer.editing.commit import MaskEdit
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.evaluation.outcomes import refresh_terms, run_terms
+from reviewer.evaluation.outcomes import Unsaved, refresh_terms, run_terms
 from reviewer.evaluation.rules import Rule, rule_of_run
 from reviewer.evaluation.tables import table_lines
 from reviewer.evaluation.terms import pair_terms
@@ -140,3 +140,17 @@ def test_the_pairs_that_change_sides_are_told(db, run, tiny_split):
     changed = terms.whatif.changed_pairs(rule_of_run(run.settings), Rule(high=0.0))
     names = {tiny_split[int(place)].name for place in changed}
     assert names == {"0000", "0001"}  # the third pair has no change at all
+
+
+def test_outcomes_in_memory_are_those_of_the_regions_that_are_there(db, tiny_split, run):
+    unsaved = Unsaved(db)
+    before = unsaved.of_run(run)
+    db.write(
+        lambda c: [
+            c.execute("UPDATE regions SET id = id + 100 WHERE id = ?", [region])
+            for region in sorted(before, reverse=True)
+        ]
+    )
+    assert unsaved.of_run(run) == {region + 100: each for region, each in before.items()}
+    refresh_terms(db, run)
+    assert before and unsaved.of_run(run) == {}

@@ -16,7 +16,7 @@ from reviewer.export.formats import Options, export_as
 from reviewer.export.png import export_png
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.masks import decode_png, decode_rle, encode_rle
-from reviewer.store.revisions import add_revision, newest_revision
+from reviewer.store.revisions import NewRevision, add_revision, newest_revision
 
 ALL = Selection()
 
@@ -76,7 +76,9 @@ def test_coco_can_have_an_annotation_a_component(db, tiny_split, tmp_path, capsy
     pair = tiny_split[0]
     mask = np.zeros((120, 160), bool)
     mask[10:20, 10:20] = mask[20:25, 20:25] = mask[60:70, 90:95] = True
-    add_revision(db, pair.id, encode_rle(mask), parent=1, annotator_id=None, source="import")
+    add_revision(
+        db, NewRevision(pair.id, encode_rle(mask), parent=1, annotator_id=None, source="import")
+    )
     labelled, _ = select_labelled(db, ALL)
     options = Options(per_component=True)
     assert export_as(db, "coco", labelled, tmp_path / "coco.json", ALL, options) == 3

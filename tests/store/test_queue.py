@@ -10,7 +10,7 @@ from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.pairs import pair_ids
 from reviewer.store.queue import list_progress, list_queue
 from reviewer.store.reviews import annotator_id, set_review_state
-from reviewer.store.revisions import add_revision
+from reviewer.store.revisions import NewRevision, add_revision
 
 
 def names(entries):
@@ -57,7 +57,10 @@ def test_progress_counts_what_a_person_finished(db, tiny_split):
 def test_effort_adds_drawing_and_looking(db, tiny_split):
     ada, pair = annotator_id(db, "Ada"), tiny_split[0]
     mask = empty_rle(120, 160)
-    add_revision(db, pair.id, mask, parent=1, annotator_id=ada, source="edit", active_seconds=12.5)
+    add_revision(
+        db,
+        NewRevision(pair.id, mask, parent=1, annotator_id=ada, source="edit", active_seconds=12.5),
+    )
     for state in ("submitted", "in_progress"):
         set_review_state(db, pair.id, ada, state, active_seconds=2.0)
     (row,) = db.read().execute("SELECT * FROM pair_effort WHERE annotator = 'Ada'")

@@ -8,7 +8,7 @@ import pytest
 from reviewer.errors import Conflict, InvalidInput, Locked, NotFound
 from reviewer.masks import decode_rle, empty_rle, encode_rle
 from reviewer.store.reviews import annotator_id, review_state, set_review_state
-from reviewer.store.revisions import add_revision, list_revisions, newest_revision
+from reviewer.store.revisions import NewRevision, add_revision, list_revisions, newest_revision
 
 
 def some_mask(pair, rows=5):
@@ -19,10 +19,10 @@ def some_mask(pair, rows=5):
 
 def save(db, pair, parent, *, who="Ada", rle=None, **more):
     person = annotator_id(db, who)
-    return add_revision(
-        db, pair.id, rle or some_mask(pair), parent=parent, annotator_id=person, source="edit",
-        **more,
-    )  # fmt: skip
+    new = NewRevision(
+        pair.id, rle or some_mask(pair), parent, annotator_id=person, source="edit", **more
+    )
+    return add_revision(db, new)
 
 
 def test_a_save_on_the_newest_revision_is_appended(db, tiny_split):
@@ -49,7 +49,10 @@ def test_a_mask_of_another_size_is_refused(db, tiny_split):
 
 def test_a_pair_that_does_not_exist_is_named(db, tiny_split):
     with pytest.raises(NotFound, match="pair 999"):
-        add_revision(db, 999, some_mask(tiny_split[0]), parent=0, annotator_id=None, source="api")
+        add_revision(
+            db,
+            NewRevision(999, some_mask(tiny_split[0]), parent=0, annotator_id=None, source="api"),
+        )
 
 
 @pytest.mark.parametrize(

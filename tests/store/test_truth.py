@@ -11,7 +11,7 @@ from reviewer.masks import decode_rle, encode_rle
 from reviewer.store.pairs import list_pairs
 from reviewer.store.queue import list_queue
 from reviewer.store.reviews import annotator_id
-from reviewer.store.revisions import add_revision, newest_revision
+from reviewer.store.revisions import NewRevision, add_revision, newest_revision
 from reviewer.store.truth import (
     check_standings,
     count_standings,
@@ -83,7 +83,7 @@ def test_who_takes_a_submission_back_takes_the_mask_out(db, pair):
 
 def test_an_import_does_not_push_out_what_people_stand_for(db, pair):
     draw(db, pair.id, "Ada", MaskEdit(block(10), 1), "submitted")
-    add_revision(db, pair.id, block(70), parent=2, annotator_id=None, source="import")
+    add_revision(db, NewRevision(pair.id, block(70), parent=2, annotator_id=None, source="import"))
     assert standing(db, pair) == (2, "submitted") and drawn_since(db, pair.id, 2) == ["import"]
 
 

@@ -14,7 +14,7 @@ from reviewer.store.reasons import list_reasons, set_reasons
 from reviewer.store.regions import StoredIntegration, load_regions
 from reviewer.store.results import StageResult, save_results
 from reviewer.store.reviews import annotator_id
-from reviewer.store.revisions import add_revision
+from reviewer.store.revisions import NewRevision, add_revision
 from reviewer.store.walk import list_doubtful
 
 EMPTY = empty_rle(120, 160)
@@ -44,7 +44,7 @@ def test_doubt_is_nearness_to_the_threshold_and_seen_regions_come_last(db, run, 
 
 def test_loss_is_what_flipping_a_decision_gains(db, run):
     # The truth of the second pair vanishes: what was right to adopt there is now best flipped.
-    add_revision(db, 2, EMPTY, parent=1, annotator_id=None, source="import")
+    add_revision(db, NewRevision(2, EMPTY, parent=1, annotator_id=None, source="import"))
     refresh_terms(db, run)
     found = list_doubtful(db, run.id, 0.9, 50, order="loss")
     gains = [region.gain_px for region in found]
