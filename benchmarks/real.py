@@ -28,7 +28,7 @@ from real_sets import write_sets
 
 from reviewer.dataset.importer import import_split
 from reviewer.dataset.settings import ImportSettings
-from reviewer.editing.proposals import Source, list_proposals
+from reviewer.editing.proposals import list_proposals
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.masks import decode_rle, intersection_over_union
 from reviewer.metrics import Counts, f_score
@@ -44,11 +44,14 @@ from reviewer.store.pairs import list_pairs, pair_ids
 from reviewer.store.results import finished_pairs
 from reviewer.store.scores import pair_counts
 from reviewer.store.truth import truth_of_pair
+from reviewer.words import ProposalSource
 
 LEAST_PX = 12
 DRAWS = 2000
 VOID = 170
-SOURCES: tuple[Source, ...] = tuple(s for s in get_args(Source) if s not in ("missed", "extra"))
+SOURCES: tuple[ProposalSource, ...] = tuple(
+    s for s in get_args(ProposalSource) if s not in ("missed", "extra")
+)
 
 
 @dataclass(frozen=True, slots=True)

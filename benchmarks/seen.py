@@ -13,7 +13,6 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from reviewer.doi import Scope
 from reviewer.evaluation.outcomes import refresh_terms
 from reviewer.evaluation.predictors import predict_errors
 from reviewer.evaluation.protocols import Protocol, paired_change, protocol_lines
@@ -24,6 +23,7 @@ from reviewer.store.audited import audit_rows
 from reviewer.store.database import Store
 from reviewer.store.runs import list_runs
 from reviewer.store.scores import PairScore
+from reviewer.words import Scope
 
 SCOPES: tuple[Scope, ...] = ("component", "image")
 APART = 1_000_000

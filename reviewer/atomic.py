@@ -1,4 +1,4 @@
-"""Write a file or a folder whole or not at all."""
+"""Write a file or a folder completely or not at all."""
 
 from __future__ import annotations
 

@@ -17,31 +17,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 import numpy.typing as npt
 
 from reviewer.errors import InvalidInput
 from reviewer.masks import Crop, Mask, as_mask, components, crop_to_box, intersection_over_union
+from reviewer.words import Choice, Overlaps, Reason, Scope, Seen
 
 LOW = 0.0
 HIGH = 0.9
-
-Scope = Literal["image", "component"]
-Overlaps = Literal["best", "all"]
-Seen = Literal["keep", "reject"]
-Choice = Literal["adopt", "keep", "reject"]
-Reason = Literal[
-    "between_thresholds",  # low < DoI < high: the object replaces the detector's components
-    "seen_in_reference",  # f_b = 0: the object was there before (kept, or rejected by `seen`)
-    "agrees",  # DoI <= low although f_b = 1: detector and object are the same mask
-    "too_ill_posed",  # DoI >= high: look again
-    "no_detection",  # M_o is empty: the output is empty
-    "no_object",  # O_l is empty: DoI = 1, M_o is kept
-    "outside_warp",  # no pixel of the object lies where the warp is valid
-    "better_object",  # adoptable, but another object fits the shared component better
-]
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +69,7 @@ class Region:
 
 @dataclass(frozen=True, slots=True)
 class Integration:
-    """The final mask of a pair, bool (H, W), and one record a region."""
+    """The final mask of a pair, bool (H, W), and one record per region."""
 
     mask: Mask
     regions: tuple[Region, ...]
@@ -263,6 +249,7 @@ class _Pair:
     def touched_by(self, index: int) -> tuple[int, ...]:
         """Indices of the components that share a pixel with a live object, ascending."""
         crop = self.objects[index]
+        # Counting by label costs one pass over the object's box, whatever the number of components.
         present = np.bincount(crop.window(self.labels)[crop.pixels], minlength=1)
         return tuple(int(n) - 1 for n in np.flatnonzero(present) if n > 0)
 
@@ -337,6 +324,8 @@ def _judge_objects(pair: _Pair) -> list[Region]:
 
 
 def _best_of_each_component(regions: list[Region]) -> list[Region]:
+    # The best fitting object takes its components first. One that comes later and needs any of them
+    # is not adopted at all, so that no component is replaced twice.
     taken: set[int] = set()
     result = list(regions)
     for i in sorted(range(len(regions)), key=lambda i: (-regions[i].iou, i)):
@@ -362,6 +351,7 @@ def _compose(pair: _Pair, regions: Sequence[Region], verdicts: Mapping[int, Choi
             part.window(mask)[part.pixels] = False
         if choice == "adopt":
             adopted += [pair.objects[i] for i in region.object_indices]
+    # Objects are laid on last: one may lie over a component that another region took away.
     for crop in adopted:
         crop.window(mask)[...] |= crop.pixels
     return mask

@@ -34,7 +34,7 @@ class Conflict(ReviewerError):
 
 
 class TooLarge(ReviewerError):
-    """What is sent is larger than anything that is asked for; nobody reads it."""
+    """The request is larger than any valid one; it is not read."""
 
     status = 413
 
@@ -46,13 +46,13 @@ class StorageFull(ReviewerError):
 
 
 class Unavailable(ReviewerError):
-    """The database cannot be read or written as things are; later, or elsewhere, it may be."""
+    """The database cannot be read or written now; it may work later, or elsewhere."""
 
     status = 503
 
 
 class Damaged(InvalidInput):
-    """The database's file is not what was written; a backup is."""
+    """The database's file is damaged; a backup is needed."""
 
     status = 503
 
@@ -64,7 +64,7 @@ class Locked(ReviewerError):
 
 
 def tell_system_error(error: OSError) -> ReviewerError:
-    """Return what a file system refused, as a person is told."""
+    """Return a file system's error as a message for people."""
     text = f"{error.filename or 'file system'}: {error.strerror or error}"
     full = error.errno in (errno.ENOSPC, errno.EDQUOT)
     return StorageFull(text) if full else Unavailable(text)

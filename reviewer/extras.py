@@ -1,4 +1,4 @@
-"""Libraries that only some commands need, and the extra of this package that brings each.
+"""Libraries that only some commands need, and the extra of this package that installs each.
 
 Importing, reviewing, running without weights and exporting work with none of them.
 """
@@ -45,7 +45,7 @@ def telling_what_is_missing(what: str) -> Iterator[None]:
 
 
 def need(what: str, library: str) -> None:
-    """Make sure of a library before work begins that would be lost without it.
+    """Check that a library is installed before work starts that needs it later.
 
     Raises:
         MissingLibrary: when it is not installed.

@@ -120,7 +120,7 @@ def read_rle(height: int, width: int, counts: str) -> Rle:
 
 
 def longest_counts(height: int, width: int) -> int:
-    """Return more characters than the run-lengths of any mask of a size have.
+    """Return an upper bound on the characters of the run-lengths of a mask of a size.
 
     There is a run a pixel at most, and a run that takes a further character spares 16 pixels.
     """
@@ -165,7 +165,7 @@ def decode_rle(rle: Rle) -> Mask:
 
 
 def decode_beside(mask: Rle, counts: str | None) -> Mask | None:
-    """Return a mask that is kept as run-lengths alone beside one of its size; None for none."""
+    """Return a mask that is stored only as run-lengths next to one of its size; None for none."""
     return None if counts is None else _painted(_run_lengths(counts), mask.height, mask.width)
 
 
@@ -299,6 +299,8 @@ def components(mask: Mask) -> tuple[npt.NDArray[np.int32], list[Crop]]:
     if count < 2:
         return labels, crops
     contours, tree = cv2.findContours(pixels, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+    # In CCOMP a contour without a parent is an outer one; each component has exactly one, and the
+    # label under any of its points says which component it is.
     outer = [contour for contour, node in zip(contours, tree[0], strict=True) if node[3] < 0]
     boxes = {int(labels[c[0, 0, 1], c[0, 0, 0]]): cv2.boundingRect(c) for c in outer}
     for number in range(1, count):

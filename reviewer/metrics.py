@@ -29,7 +29,7 @@ class Counts:
 
     @property
     def rightly_empty(self) -> bool:
-        """Whether nothing was to be found, and nothing was: scores are 0/0 then."""
+        """Whether truth and prediction are both empty; scores are 0/0 then."""
         return not (self.tp or self.fp or self.fn)
 
     def __add__(self, other: Counts) -> Counts:
@@ -104,7 +104,7 @@ def boundary_scores(
 
 
 def border_px(height: int, width: int, share: float) -> int:
-    """Return how deep a border is: a share of the image's diagonal, at least one pixel."""
+    """Return the depth of a border: a share of the image's diagonal, at least one pixel."""
     return max(1, round(share * math.hypot(height, width)))
 
 

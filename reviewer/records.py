@@ -8,26 +8,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
-from reviewer.doi import Choice, Region
+from reviewer.doi import Region
 from reviewer.geometry import Grid, Pose2
 from reviewer.masks import Mask, Rle, decode_beside
 from reviewer.metrics import Counts
-
-Side = Literal["live", "reference"]
-Method = Literal["base", "doi", "audited"]
-Verdict = Literal["agree", "adopt", "keep", "reject"]
-ReviewState = Literal["todo", "in_progress", "submitted", "approved", "confirmed_empty"]
-TeamState = Literal["todo", "in_progress", "waiting", "approved", "changed"]
-"""Where a pair stands for the team; "changed" = there is a newer revision than the approved one."""
-Standing = Literal["approved", "submitted", "confirmed_empty", "imported"]
-"""By what a mask counts as ground truth."""
-STANDINGS: tuple[Standing, ...] = ("approved", "submitted", "confirmed_empty", "imported")
-RevisionSource = Literal["import", "edit", "confirmed_empty", "api"]
-
-FINISHED: frozenset[str] = frozenset({"submitted", "approved", "confirmed_empty"})
-"""States in which a pair is locked against slips."""
+from reviewer.words import (
+    Choice,
+    Method,
+    Side,
+    Verdict,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +96,7 @@ class MaskRevision:
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One passage of the pipeline with all its settings."""
+    """One execution of the pipeline with all its settings."""
 
     id: int
     name: str

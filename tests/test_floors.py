@@ -42,6 +42,7 @@ GROUND = {
     "texts",
     "extras",
     "shipped",
+    "words",
     "__init__",
 }
 # Within floor 2 the data flows left to right; nothing flows backwards.

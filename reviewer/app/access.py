@@ -1,4 +1,4 @@
-"""Who may come in: the token or a session, and Host and Origin checks on every request.
+"""Access control: the token or a session, and Host and Origin checks on every request.
 
 Viser and the API sit behind this guard; only the sign-in page with its style and script is open.
 People are told by their session (`sessions`); scripts send `Authorization: Bearer TOKEN`, and their

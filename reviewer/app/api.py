@@ -42,6 +42,7 @@ from reviewer.store.pairs import pair_of_id
 from reviewer.store.queue import list_progress, list_queue
 from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.revisions import list_revisions, newest_revision, revision_of_number
+from reviewer.words import PairLayer
 
 CACHED_PICTURES = 160
 PNG: dict[str, Any] = {"image/png": {"schema": {"type": "string", "format": "binary"}}}
@@ -99,7 +100,7 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {
 
 
 class PictureCache:
-    """The last drawn layers, so that going back costs nothing; thread-safe."""
+    """Cache of the layers drawn last, so that going back is free; thread-safe."""
 
     def __init__(self, size: int = CACHED_PICTURES) -> None:
         self._size = size
@@ -198,7 +199,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     )
     def get_layer(
         pair_id: Id,
-        layer: m.LayerName,
+        layer: PairLayer,
         run: Key | None = None,
         v: Word | None = None,
         judged: bool = True,
@@ -304,7 +305,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
 
 
 def _last_change(image: Image) -> int:
-    """Return what tells a replaced file, so that no picture of the old one stands for it."""
+    """Return a value that changes when a file is replaced, so that no old picture is served."""
     return image.path.stat().st_mtime_ns if image.path.exists() else 0
 
 

@@ -1,4 +1,4 @@
-"""Wrong tokens: each address has a few for free, then it waits, twice as long each time.
+"""Wrong tokens: each address has a few free tries, then it waits, twice as long each time.
 
 Only in memory, and an address at a time: who waits keeps nobody else out. Behind a proxy the
 address is the person's only where the proxy is named (`serve --proxy`).

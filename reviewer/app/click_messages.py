@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from reviewer.app.fields import Client, Counts, Key
 from reviewer.app.messages import Message
+from reviewer.words import Side
 
 Coordinate = Annotated[float, Field(ge=0, le=20000, allow_inf_nan=False)]
 
@@ -36,7 +37,7 @@ class ClickChange(Message):
 
     client: Client
     run: Key | None = None
-    picture: Literal["live", "reference"] = "live"
+    picture: Side = "live"
     clicks: list[ClickPoint] = Field(default_factory=list, max_length=200)
     box: tuple[Coordinate, Coordinate, Coordinate, Coordinate] | None = None
     previous: CandidateMask | None = None

@@ -1,4 +1,4 @@
-"""Desks: what one person looks at in one browser window.
+"""Desks: what one person sees in one browser window.
 
 A desk joins a Viser client (queue and map) with its workbench frame. It holds the state that both
 are drawn from: filters, run, open pair. It is locked until the frame has checked in through the
@@ -19,13 +19,13 @@ from typing import Any
 from reviewer import __version__
 from reviewer.app.details import choose_run
 from reviewer.app.frame_messages import Filtered, Joining, Ready, ToFrame
-from reviewer.records import Run, TeamState
+from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_splits, pair_ids, pair_of_id
-from reviewer.store.queue import Order, QueueEntry, list_queue
+from reviewer.store.queue import QueueEntry, list_queue
 from reviewer.store.reviews import annotator_id, known_annotator
 from reviewer.store.runs import list_runs
-from reviewer.store.skips import PairState
+from reviewer.words import PairState, QueueOrder, TeamState
 
 Send = Callable[[ToFrame], None]
 EVERYTHING = 100_000
@@ -34,7 +34,7 @@ LOADED_AHEAD = 2
 
 @dataclass(slots=True)
 class Desk:
-    """State of a desk, and the two sides that are told of changes.
+    """State of a desk, and the two sides that are notified of changes.
 
     Attributes:
         annotator: None while locked.
@@ -54,7 +54,7 @@ class Desk:
     split: str | None = None
     state: PairState | None = None
     team: TeamState | None = None
-    order: Order = "name"
+    order: QueueOrder = "name"
     only: frozenset[int] | None = None
     pair_id: int | None = None
     shown_id: int | None = None
@@ -113,7 +113,7 @@ class Desk:
         self.redraw("unlock" if first else "queue")
 
     def _take_up(self, left: Joining, fresh: bool) -> None:
-        """Go on where a frame is; what this database does not know is left out."""
+        """Continue where a frame is; what this database does not know is ignored."""
         known = left.store == self.store.identity
         if known and left.pair in pair_ids(self.store):
             self.pair_id = left.pair
@@ -163,7 +163,7 @@ class Desk:
         self.send({"type": "open", "pair": pair_id, "run": self.run})
 
     def showing(self, pair_id: int) -> list[int]:
-        """Note what the frame shows, and tell it what to load ahead; return that too."""
+        """Record what the frame shows, and tell it what to preload; return that, too."""
         with self.lock:
             moved, self.shown_id = self.shown_id != pair_id, pair_id
             self.pair_id = pair_id

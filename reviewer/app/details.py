@@ -1,4 +1,4 @@
-"""Gather what the workbench needs to open a pair; no pixels."""
+"""Collect what the workbench needs to open a pair, without pixels."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import asdict
 from reviewer.app.messages import (
     AlignmentInfo,
     LabelInfo,
-    LayerName,
     PairDetail,
     RegionInfo,
     ScoreInfo,
@@ -29,6 +28,7 @@ from reviewer.store.revisions import newest_revision
 from reviewer.store.scores import pair_counts
 from reviewer.store.skips import skip_of_pair
 from reviewer.store.truth import drawn_since, list_statements, standing_of_pair
+from reviewer.words import PairLayer
 
 
 def choose_run(store: Store, name: str | None) -> Run | None:
@@ -44,7 +44,7 @@ def choose_run(store: Store, name: str | None) -> Run | None:
 
 
 def truth_info(store: Store, pair_id: int) -> TruthInfo | None:
-    """Return which revision counts, and who stands for it; None where none does."""
+    """Return which revision counts, and on whose word; None where none does."""
     found = standing_of_pair(store, pair_id)
     if found is None:
         return None
@@ -65,7 +65,7 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
     """Return a pair with its layers, regions and scores in a run."""
     pair = pair_of_id(store, pair_id)
     revision = newest_revision(store, pair_id)
-    layers: list[LayerName] = ["reference", "live"]
+    layers: list[PairLayer] = ["reference", "live"]
     regions: list[StoredRegion] = []
     counts: dict[str, Counts] = {}
     f_if: dict[int, dict[str, float | None]] = {}

@@ -20,9 +20,7 @@ from typing_extensions import TypedDict
 
 from reviewer.app.fields import Key
 from reviewer.app.messages import Message
-from reviewer.records import TeamState
-from reviewer.store.queue import Order
-from reviewer.store.skips import PairState
+from reviewer.words import PairState, QueueOrder, TeamState
 
 Pixels = Annotated[int, Field(ge=0, le=100_000)]
 """A width on the screen, CSS pixels; 0 where none is known."""
@@ -47,7 +45,7 @@ class Joining(Message):
     split: str | None = None
     state: PairState | None = None
     team: TeamState | None = None
-    order: Order = "name"
+    order: QueueOrder = "name"
     dark: bool = True
     window: Pixels = 0
     queue: Pixels = 0
@@ -143,7 +141,7 @@ class Filtered(TypedDict):
     split: str | None
     state: PairState | None
     team: TeamState | None
-    order: Order
+    order: QueueOrder
 
 
 class Failed(TypedDict):

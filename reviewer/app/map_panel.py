@@ -20,7 +20,7 @@ from reviewer.geometry import Grid, Pose2, cell_centre
 from reviewer.records import OccupancyMap, Pair
 from reviewer.store.pairs import list_maps, list_pairs, list_splits, pair_of_id
 from reviewer.store.queue import QueueEntry
-from reviewer.store.skips import PairState
+from reviewer.words import PairState
 
 CAMERA_HEIGHT = 0.45
 WALL_HEIGHT = 0.35
@@ -164,7 +164,7 @@ class MapPanel:
         return UNSEEN if state == "todo" else STATE_COLOUR[state]
 
     def _camera_moved(self, camera: viser.CameraHandle) -> None:
-        """Aim again when the canvas got another shape and nobody has moved the camera since."""
+        """Aim again when the canvas changed its shape and nobody has moved the camera since."""
         with self._desk.lock:
             if self._aimed is None or not self._pairs:
                 return
@@ -216,7 +216,7 @@ def _placed(
 
 
 def _wall_boxes(occupied: npt.NDArray[np.bool_], grid: Grid) -> npt.NDArray[np.float32]:
-    """Return boxes (x, y, z, sx, sy, sz) in metres: one a run of occupied cells in a row."""
+    """Return boxes (x, y, z, sx, sy, sz) in metres: one per run of occupied cells in a row."""
     boxes = []
     cell = grid.resolution
     # Two rows at a time halve the number of boxes; the map stays recognisable.

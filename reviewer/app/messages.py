@@ -1,33 +1,27 @@
-"""The API's typed messages: what goes in, what comes out."""
+"""The API's typed messages: requests and answers."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from fastapi import Path
 from pydantic import BaseModel, ConfigDict, Field
 
 from reviewer.app.fields import Comment, Counts, Key, ListedReason, Phrase, Word
-from reviewer.doi import Choice, Reason
-from reviewer.editing.proposals import Source
-from reviewer.records import ReviewState, Standing, TeamState, Verdict
-from reviewer.store.queue import Order
-from reviewer.store.skips import PairState
-from reviewer.store.walk import Opinion, WalkOrder
-
-LayerName = Literal[
-    "reference",
-    "warped",
-    "live",
-    "difference",
-    "detector",
-    "objects_live",
-    "objects_reference",
-    "doi",
-    "prediction",
-    "ground_truth",
-]
-
+from reviewer.words import (
+    Choice,
+    Opinion,
+    PairLayer,
+    PairState,
+    ProposalSource,
+    QueueOrder,
+    Reason,
+    ReviewState,
+    Standing,
+    TeamState,
+    Verdict,
+    WalkOrder,
+)
 
 Id = Annotated[int, Path(ge=1, le=2**63 - 1)]
 """The key of a pair, a region .. in a path."""
@@ -126,7 +120,7 @@ class ProposalInfo(Message):
     """A proposed mask as COCO run-lengths of the live image's size, and what became of it."""
 
     key: str
-    source: Source
+    source: ProposalSource
     run: str
     number: int
     label: str
@@ -224,7 +218,7 @@ class SkipInfo(Message):
 
 
 class PairDetail(Message):
-    """Everything the workbench needs to open a pair, but pixels."""
+    """Everything the workbench needs to open a pair, except pixels."""
 
     id: int
     split: str
@@ -238,7 +232,7 @@ class PairDetail(Message):
     state: PairState
     truth: TruthInfo | None
     run: str | None
-    layers: list[LayerName]
+    layers: list[PairLayer]
     version: str
     doubt: str
     skip: SkipInfo | None
@@ -329,7 +323,7 @@ class QueueQuery(Message):
     split: Key | None = None
     state: PairState | None = None
     team: TeamState | None = None
-    order: Order = "name"
+    order: QueueOrder = "name"
     run: Key | None = None
     limit: Annotated[int, Field(ge=1, le=5000)] = 100
     offset: Annotated[int, Field(ge=0, le=10_000_000)] = 0

@@ -24,12 +24,13 @@ from reviewer.errors import NotFound
 from reviewer.masks import Mask, components, decode_rle
 from reviewer.pipeline.fields import load_probability
 from reviewer.pipeline.stored import live_masks, region_pixels, warped_reference
-from reviewer.records import Pair, Run, Side
+from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_detection, load_objects
 from reviewer.store.overview import pair_overview
 from reviewer.store.regions import load_final_mask, load_prediction, load_regions
 from reviewer.store.revisions import newest_revision
+from reviewer.words import SIDES, Side
 
 Rgba = npt.NDArray[np.uint8]
 Rgb = npt.NDArray[np.uint8]
@@ -52,7 +53,7 @@ def draw_layer(
         NotFound: when the layer needs a run or a stage that is not there.
         InvalidInput: when an image is not the one that was imported.
     """
-    if layer in ("reference", "live"):
+    if layer in SIDES:
         image = pair.reference if layer == "reference" else pair.live
         data = read_bytes(image)
         # A plain PNG goes out as it is: the pixels of the file, and nothing to encode.

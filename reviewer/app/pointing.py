@@ -12,7 +12,7 @@ from reviewer.app.details import choose_run
 from reviewer.app.fields import Key
 from reviewer.app.messages import Id
 from reviewer.editing.clicks import ClickRequest, Clicks
-from reviewer.editing.pictures import Picture, live_point, load_pictures
+from reviewer.editing.pictures import live_point, load_pictures
 from reviewer.errors import Conflict, InvalidInput
 from reviewer.masks import decode_rle, encode_rle, read_rle
 from reviewer.models.interfaces import Candidate, Click, Prompt
@@ -20,6 +20,7 @@ from reviewer.models.scissors import Scissors
 from reviewer.records import Pair
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
+from reviewer.words import Side
 
 LOOK_UP_SECONDS = 0.2
 Pixel = Annotated[int, Query(ge=0, le=20000)]
@@ -77,7 +78,7 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
         y0: Pixel,
         x1: Pixel,
         y1: Pixel,
-        picture: Picture = "live",
+        picture: Side = "live",
         run: Key | None = None,
     ) -> m.EdgePath:
         """The path between two pixels that follows edges (intelligent scissors)."""

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Query, Request, Response
 from reviewer.app import messages as m
 from reviewer.app.details import pair_detail
 from reviewer.app.fields import Key
-from reviewer.editing.proposals import Source, list_proposals
+from reviewer.editing.proposals import list_proposals
 from reviewer.editing.relabel import Relabelling
 from reviewer.found.thumbnails import draw_thumbnail
 from reviewer.store.database import Store
@@ -17,6 +17,7 @@ from reviewer.store.finds import find_of_region
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.reviews import annotator_id
 from reviewer.store.runs import run_or_newest
+from reviewer.words import ProposalSource
 
 
 def build_proposing(store: Store) -> APIRouter:
@@ -27,7 +28,7 @@ def build_proposing(store: Store) -> APIRouter:
     @router.get("/pairs/{pair_id}/proposals")
     def get_proposals(
         pair_id: m.Id,
-        source: Annotated[list[Source], Query(max_length=20)],
+        source: Annotated[list[ProposalSource], Query(max_length=20)],
         run: Key | None = None,
     ) -> list[m.ProposalInfo]:
         """The masks that a run proposes for a pair, from one or several sources."""

@@ -11,10 +11,9 @@ from typing import Any
 import viser
 
 from reviewer.app.desks import Desk
-from reviewer.records import TeamState
-from reviewer.store.queue import ORDERS, Order, QueueEntry, list_progress
+from reviewer.store.queue import ORDERS, QueueEntry, list_progress
 from reviewer.store.runs import list_runs
-from reviewer.store.skips import PairState
+from reviewer.words import PairState, QueueOrder, TeamState
 
 ROWS = 14
 ALL = "all"
@@ -38,7 +37,7 @@ TEAM_SHORT: dict[TeamState, str] = {
     "approved": "approved",
     "changed": "changed",
 }
-ORDER_TITLE: dict[Order, str] = {
+ORDER_TITLE: dict[QueueOrder, str] = {
     "name": "name",
     "doi": "highest DoI",
     "size": "largest change",
@@ -151,7 +150,7 @@ class QueuePanel:
             desk.step(1 if steps.value == "next" else -1)
 
     def draw(self, *, follow: bool = True) -> None:
-        """Fill the widgets from the desk; `follow` turns to the page of the open pair."""
+        """Fill the widgets from the desk; `follow` shows the page of the open pair."""
         desk = self._desk
         with desk.lock:
             ids, open_id = desk.ids, desk.pair_id

@@ -14,26 +14,26 @@ from reviewer.app.desks import Desk
 from reviewer.errors import ReviewerError
 from reviewer.evaluation.basis import TITLES, truth_basis
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.evaluation.protocols import Empty, Group, Kind, Protocol, protocol_lines
+from reviewer.evaluation.protocols import Protocol, protocol_lines
 from reviewer.evaluation.table_a import table_a_rows
 from reviewer.evaluation.table_a_text import scope_rows
 from reviewer.evaluation.tables import DASH, MEAN, short_row
 from reviewer.extras import telling_what_is_missing
-from reviewer.records import Standing
 from reviewer.store.scores import pair_scores
+from reviewer.words import EmptyRule, LineGroup, ProtocolKind, Standing
 
-KINDS: dict[str, Kind] = {
+KINDS: dict[str, ProtocolKind] = {
     "pixels pooled": "pooled",
     "mean F of images": "image_mean",
     "F of mean P and R": "mean_pr",
 }
-GROUPS: dict[str, Group] = {"split": "split", "workspace": "workspace", "object group": "group"}
+GROUPS: dict[str, LineGroup] = {"split": "split", "workspace": "workspace", "object group": "group"}
 ALL = "all that counts"
-EMPTIES: dict[str, Empty] = {"left out": "skip", "1": "one", "0": "zero"}
+EMPTIES: dict[str, EmptyRule] = {"left out": "skip", "1": "one", "0": "zero"}
 
 
 class ScoresPanel:
-    """The tab of one Viser client; filled when it is asked for."""
+    """The tab of one Viser client; filled on demand."""
 
     def __init__(self, client: viser.ClientHandle, desk: Desk, panel: viser.PanelHandle) -> None:
         """Build the widgets beside the workbench."""
@@ -71,7 +71,7 @@ class ScoresPanel:
         return tuple(standing for standing, title in TITLES.items() if title == self._state.value)
 
     def draw(self) -> None:
-        """Count what is not counted yet, and show all runs."""
+        """Update the counts, and show all runs."""
         store, run = self._desk.store, self._desk.chosen_run
         refresh_counts(store)
         standings, protocol = self._standings(), self._protocol()

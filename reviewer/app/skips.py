@@ -1,4 +1,4 @@
-"""The endpoint that skips a pair which cannot be compared, and takes it up again."""
+"""The endpoint that skips a pair which cannot be compared, and undoes that."""
 
 from __future__ import annotations
 

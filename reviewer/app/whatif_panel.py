@@ -1,4 +1,4 @@
-"""Other DoI rules in Viser: sliders, a curve of F that follows, and the pairs that change sides.
+"""Other DoI rules in Viser: sliders, a live curve of F, and the pairs whose masks change.
 
 Everything after the first look is arithmetic on the integers of `evaluation.terms`.
 """
@@ -16,6 +16,7 @@ from reviewer.app.desks import Desk
 from reviewer.evaluation.outcomes import RunTerms, refresh_terms, run_terms
 from reviewer.evaluation.rules import Rule, rule_of_run, vary_rule
 from reviewer.records import Run
+from reviewer.words import SCOPES, SEEN
 
 STEPS = 101
 FAINT = "rgba(128,140,155,0.45)"
@@ -44,12 +45,12 @@ class WhatIfPanel:
             self._high = gui.add_slider("high", 0.0, 1.01, 0.01, 0.9, visible=False)
             self._low = gui.add_slider("low", 0.0, 1.0, 0.01, 0.0, visible=False)
             self._tolerance = gui.add_slider("max overlap px", 0, 300, 1, 0, visible=False)
-            self._scope = gui.add_dropdown("scope", ("component", "image"), visible=False)
+            self._scope = gui.add_dropdown("scope", SCOPES, visible=False)
             nothing = (np.zeros(2), np.zeros(2))
             empty = (uplot.Series(label=""), uplot.Series(label=""))
             self._seen = gui.add_dropdown(
                 "f_b = 0",
-                ("keep", "reject"),
+                SEEN,
                 visible=False,
                 hint="What becomes of a region in which the reference shows an object too",
             )
@@ -70,7 +71,7 @@ class WhatIfPanel:
         return (self._vary, *sliders, self._scope, self._seen, self._plot, self._walk, self._all)
 
     def _begin(self) -> None:
-        """Count what is not counted yet, and show the run's own rule."""
+        """Update the counts, and show the run's own rule."""
         run = self._desk.chosen_run
         if run is None:
             self._note.content = _line("There is no run yet.")
@@ -103,7 +104,7 @@ class WhatIfPanel:
         )
 
     def forget(self) -> None:
-        """Drop what was counted: another run is chosen."""
+        """Forget the counts: another run was chosen."""
         if self._run is not None and self._desk.chosen_run != self._run:
             self._run = self._terms = None
             self._note.content = ""
@@ -111,7 +112,7 @@ class WhatIfPanel:
                 widget.visible = False
 
     def draw(self) -> None:
-        """Draw the curve and what the sliders' rule gives."""
+        """Draw the curve and the scores of the sliders' rule."""
         if self._terms is None or self._run is None:
             return
         engine, rule = self._terms.whatif, self._rule()

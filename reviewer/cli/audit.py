@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
 from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table, progress_bar
 from reviewer.errors import NotFound
+from reviewer.words import Seen
 
 audit_app = typer.Typer(
     help="Report on the decisions of a run.", no_args_is_help=True, rich_markup_mode=None
@@ -26,7 +27,7 @@ def _audit() -> None:
 def report(
     run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
     seen: Annotated[
-        Literal["keep", "reject"] | None,
+        Seen | None,
         typer.Option(help="Decide so where f_b = 0; else as the run did."),
     ] = None,
     figure: Annotated[

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
 from reviewer.cli.options import app
-from reviewer.cli.training import DetectorName, PreprocessingName
 from reviewer.errors import InvalidInput
+from reviewer.words import BatchNormMode, NetName, Preprocessing
 
 
 @app.command()
@@ -18,14 +18,12 @@ def checkpoint(
     save: Annotated[
         Path | None, typer.Option(help="Write it here with its record, as changed below.")
     ] = None,
-    net: Annotated[
-        DetectorName | None, typer.Option(help="Which net, where the keys fit two.")
-    ] = None,
+    net: Annotated[NetName | None, typer.Option(help="Which net, where the keys fit two.")] = None,
     preprocessing: Annotated[
-        PreprocessingName | None, typer.Option(help="What it was trained with.")
+        Preprocessing | None, typer.Option(help="What it was trained with.")
     ] = None,
     bn_mode: Annotated[
-        Literal["eval", "batch"] | None,
+        BatchNormMode | None,
         typer.Option(help="Batch norm by training, or by the pair at hand (public CSCDNet)."),
     ] = None,
     refinement: Annotated[

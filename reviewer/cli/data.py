@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from reviewer.cli.options import DEFAULT_DB, Database, Splits, app, open_store, progress_bar
 from reviewer.errors import InvalidInput
+from reviewer.words import AnnotationTool, Heading, LayerKind, Layout, Polarity
 
 if TYPE_CHECKING:
     from reviewer.dataset.settings import ImportSettings
     from reviewer.store.database import Store
 
-LayoutName = Literal["sequence", "t0t1", "vl-cmu-cd", "pscd", "changesim"]
-PolarityName = Literal["auto", "white", "black", "nonzero"]
-HeadingName = Literal["auto", "radians", "degrees"]
-ToolName = Literal["coco", "labelme", "cvat", "label-studio"]
-LayerName = Literal["alignment", "detection", "live-objects", "reference-objects"]
 DryRun = Annotated[
     bool, typer.Option("--dry-run", help="Read and check everything, and say what would happen.")
 ]
@@ -28,7 +24,7 @@ DryRun = Annotated[
 def import_(
     folder: Annotated[Path, typer.Argument(help="A split, or a folder of splits.")],
     layout: Annotated[
-        LayoutName,
+        Layout,
         typer.Option(
             help="sequence: reference/ live/ mask/ poses.csv; t0t1: t0/ t1/ mask/, or A/ B/ label/"
             " (PCD, VL-CMU-CD, ChangeVPR, LEVIR, WHU); vl-cmu-cd: as published; pscd; changesim."
@@ -36,7 +32,7 @@ def import_(
     ] = "sequence",
     split: Annotated[str | None, typer.Option(help="Name of the split; else the folder's.")] = None,
     polarity: Annotated[
-        PolarityName,
+        Polarity,
         typer.Option(help="Mask colour that means changed; nonzero: any grey above black."),
     ] = "auto",
     changed: Annotated[
@@ -60,7 +56,7 @@ def import_(
         float, typer.Option(help="Weight of heading in that distance.", min=0)
     ] = 1.0,
     heading: Annotated[
-        HeadingName, typer.Option(help="Unit of theta in poses.csv; auto: radians up to a turn.")
+        Heading, typer.Option(help="Unit of theta in poses.csv; auto: radians up to a turn.")
     ] = "auto",
     skip_bad: Annotated[
         bool,
@@ -105,7 +101,7 @@ def _colour(text: str) -> tuple[int, int, int]:
 
 @app.command("import-masks")
 def import_masks(
-    tool: Annotated[ToolName, typer.Argument(help="Whose file it is.")],
+    tool: Annotated[AnnotationTool, typer.Argument(help="Whose file it is.")],
     path: Annotated[Path, typer.Argument(help="JSON, annotations.xml; labelme: a folder.")],
     label: Annotated[
         list[str] | None,
@@ -158,7 +154,7 @@ def import_masks(
 
 @app.command("import-layer")
 def import_layer(
-    kind: Annotated[LayerName, typer.Argument(help="What the files hold.")],
+    kind: Annotated[LayerKind, typer.Argument(help="What the files hold.")],
     folder: Annotated[Path, typer.Argument(help="DIR/<split>/<pair>.png, .npy; flows .flo, .npy")],
     run: Annotated[str, typer.Option(help="Run that shows it; made if it is new.")],
     segmenter: Annotated[

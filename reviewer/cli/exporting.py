@@ -3,31 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
 from reviewer.cli.options import DEFAULT_DB, Database, Splits, app, open_store
-
-ExportName = Literal[
-    "png",
-    "coco",
-    "coco-panoptic",
-    "t0t1",
-    "folds",
-    "labelme",
-    "cvat",
-    "yolo-seg",
-    "huggingface",
-    "webdataset",
-]
-IgnoreName = Literal["separate", "255", "none"]
-FoldName = Literal["same-split", "split", "workspace"]
+from reviewer.words import ExportFormat, FoldKind, IgnoreMode
 
 
 @app.command()
 def export(
-    format: Annotated[ExportName, typer.Argument(help="What to write.")],
+    format: Annotated[ExportFormat, typer.Argument(help="What to write.")],
     target: Annotated[Path, typer.Argument(help="New folder, or file for coco.")],
     split: Splits = None,
     state: Annotated[
@@ -60,10 +46,10 @@ def export(
         str | None, typer.Option(help="t0t1: references warped to live by this run.")
     ] = None,
     ignore: Annotated[
-        IgnoreName,
+        IgnoreMode,
         typer.Option(help="t0t1: ill-posed pixels in ignore/, as 255, or nowhere."),
     ] = "separate",
-    by: Annotated[FoldName, typer.Option(help="folds: what is held out.")] = "same-split",
+    by: Annotated[FoldKind, typer.Option(help="folds: what is held out.")] = "same-split",
     parts: Annotated[int, typer.Option(help="folds: parts of same-split.")] = 5,
     per_component: Annotated[
         bool, typer.Option("--per-component", help="coco: one annotation a component.")

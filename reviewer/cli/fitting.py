@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from reviewer.cli.exporting import FoldName
 from reviewer.cli.options import progress_bar
 from reviewer.cli.pipeline import run_stages
-from reviewer.cli.synthesis import TrainOnName
+from reviewer.words import FoldKind, TrainedOn
 
 if TYPE_CHECKING:
     from reviewer.store.database import Store
@@ -43,7 +42,7 @@ class Order:
 class Folding:
     """Which ground truth is divided, and how."""
 
-    by: FoldName
+    by: FoldKind
     parts: int
     warped_by: str | None
     states: tuple[str, ...]
@@ -52,7 +51,7 @@ class Folding:
 def train_on_synthesis(
     store: Store,
     order: Order,
-    train_on: TrainOnName,
+    train_on: TrainedOn,
     open_objects: Callable[[], Bank],
 ) -> None:
     from dataclasses import replace

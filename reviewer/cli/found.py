@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
 from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table
-
-FoundFormat = Literal["table", "csv", "html"]
+from reviewer.words import FoundFormat
 
 
 @app.command()

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -49,8 +49,6 @@ Database = Annotated[
 Splits = Annotated[list[str] | None, typer.Option("--split", help="Only these splits; repeatable.")]
 DEFAULT_DB = Path("reviewer.db")
 LOG_EVERY_S = 60.0
-
-FormatName = Literal["table", "json", "csv", "markdown", "latex"]
 
 
 def open_store(path: Path, *, create: bool = False) -> Store:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from reviewer.cli.options import (
     DEFAULT_DB,
     Database,
-    FormatName,
     Splits,
     app,
     open_store,
@@ -20,20 +19,24 @@ from reviewer.cli.options import (
     require_pairs,
 )
 from reviewer.errors import InvalidInput
+from reviewer.words import (
+    EmptyRule,
+    EngineName,
+    LineGroup,
+    LineWeight,
+    ProtocolKind,
+    Scope,
+    Seen,
+    StageOrAll,
+    TableFormat,
+)
 
 if TYPE_CHECKING:
     from reviewer.evaluation.protocols import Protocol
-    from reviewer.records import Run, Standing
+    from reviewer.records import Run
     from reviewer.store.database import Store
+    from reviewer.words import Standing
 
-StageName = Literal["align", "detect", "label", "search", "integrate", "all"]
-ScopeName = Literal["component", "image"]
-SeenName = Literal["keep", "reject"]
-EngineChoice = Literal["local", "ray"]
-ProtocolName = Literal["pooled", "image_mean", "mean_pr"]
-EmptyName = Literal["skip", "one", "zero"]
-GroupName = Literal["split", "workspace", "group"]
-WeightName = Literal["groups", "images"]
 MEMBER_HELP = {
     "aligner": "dis, ecc, homography; loftr[:MODEL], pdcnet:DIR; files:DIR, imported",
     "detector": "difference; cscdnet:CHECKPOINT, dr-tanet:CHECKPOINT, ...; files:DIR, imported",
@@ -45,7 +48,7 @@ MEMBER_HELP = {
 
 @app.command()
 def run(
-    stage: Annotated[StageName, typer.Argument(help="Stage, or all of them.")] = "all",
+    stage: Annotated[StageOrAll, typer.Argument(help="Stage, or all of them.")] = "all",
     name: Annotated[str | None, typer.Option(help="Name of the run.")] = None,
     aligner: Annotated[str | None, typer.Option(help=MEMBER_HELP["aligner"])] = None,
     detector: Annotated[str | None, typer.Option(help=MEMBER_HELP["detector"])] = None,
@@ -55,9 +58,9 @@ def run(
         list[str] | None,
         typer.Option("--set", help="STAGE.SETTING=VALUE of a member; repeatable."),
     ] = None,
-    scope: Annotated[ScopeName | None, typer.Option(help="Scope of DoI.")] = None,
+    scope: Annotated[Scope | None, typer.Option(help="Scope of DoI.")] = None,
     seen: Annotated[
-        SeenName | None,
+        Seen | None,
         typer.Option(
             help="What the reference shows too (f_b = 0): keep M_o, as the paper; reject."
         ),
@@ -67,7 +70,7 @@ def run(
     threshold: Annotated[float | None, typer.Option(help="Changed where p is above.")] = None,
     split: Splits = None,
     workers: Annotated[int, typer.Option(help="Pairs at a time.", min=1)] = 2,
-    engine: Annotated[EngineChoice, typer.Option(help="Where the work is done.")] = "local",
+    engine: Annotated[EngineName, typer.Option(help="Where the work is done.")] = "local",
     address: Annotated[
         str | None, typer.Option(help="Ray cluster, such as auto or ray://host:10001.")
     ] = None,
@@ -129,13 +132,13 @@ def run(
 def evaluate(
     run: Annotated[str | None, typer.Option(help="Only this run.")] = None,
     protocol: Annotated[
-        ProtocolName, typer.Option(help="Pixels pooled in a group; or per image.")
+        ProtocolKind, typer.Option(help="Pixels pooled in a group; or per image.")
     ] = "pooled",
     empty: Annotated[
-        EmptyName, typer.Option(help="Per image: without change and rightly so, counts as.")
+        EmptyRule, typer.Option(help="Per image: without change and rightly so, counts as.")
     ] = "skip",
-    by: Annotated[GroupName, typer.Option(help="What a line is.")] = "split",
-    weight: Annotated[WeightName, typer.Option(help="What the mean line weighs alike.")] = "groups",
+    by: Annotated[LineGroup, typer.Option(help="What a line is.")] = "split",
+    weight: Annotated[LineWeight, typer.Option(help="What the mean line weighs alike.")] = "groups",
     state: Annotated[
         list[str] | None,
         typer.Option(
@@ -155,7 +158,7 @@ def evaluate(
         typer.Option(help="NAME=run1,run2: one row, mean and spread; for tables, figure-e."),
     ] = None,
     seen: Annotated[
-        SeenName | None,
+        Seen | None,
         typer.Option(help="Tables: what becomes of f_b = 0; else as each run did."),
     ] = None,
     shapes: Annotated[
@@ -175,7 +178,7 @@ def evaluate(
     report: Annotated[
         Path | None, typer.Option(help="Write one HTML page: tables, plots, failures.")
     ] = None,
-    format: Annotated[FormatName, typer.Option(help="How to write it.")] = "table",
+    format: Annotated[TableFormat, typer.Option(help="How to write it.")] = "table",
     db: Database = DEFAULT_DB,
 ) -> None:
     """Print P, R and F; by default pixels pooled inside a split, unweighted mean over splits."""
@@ -256,7 +259,7 @@ def _write_rows(
 
 
 def _print_shapes(
-    store: Store, run: str | None, standings: Sequence[Standing], form: FormatName
+    store: Store, run: str | None, standings: Sequence[Standing], form: TableFormat
 ) -> None:
     from reviewer.evaluation.shapes import shape_rows
     from reviewer.evaluation.tables import format_rows
@@ -281,7 +284,7 @@ def run_stages(
     split: list[str] | None,
     workers: int,
     *,
-    engine: EngineChoice = "local",
+    engine: EngineName = "local",
     address: str | None = None,
     folders: Mapping[str, Path] | None = None,
     only: Sequence[int] | None = None,
@@ -291,7 +294,7 @@ def run_stages(
     from reviewer.pipeline.members import build_members
     from reviewer.pipeline.runner import prepare_run, run_pipeline, works_here
     from reviewer.store.pairs import pair_ids
-    from reviewer.store.results import STAGES
+    from reviewer.words import STAGES
 
     built = build_members(settings)
     for remark in built.remarks():
@@ -332,11 +335,12 @@ def run_stages(
 
 
 def _bring_in(store: Store, run: Run, stage: str, folder: Path, split: list[str] | None) -> None:
-    from reviewer.dataset.layers import Kind, import_layer
+    from reviewer.dataset.layers import import_layer
     from reviewer.pipeline.fields import packing
     from reviewer.store.pairs import list_pairs
+    from reviewer.words import LayerKind
 
-    kinds: dict[str, list[tuple[Kind, Path]]] = {
+    kinds: dict[str, list[tuple[LayerKind, Path]]] = {
         "align": [("alignment", folder)],
         "detect": [("detection", folder)],
         "search": [("live-objects", folder / "live"), ("reference-objects", folder / "reference")],
@@ -349,7 +353,7 @@ def _bring_in(store: Store, run: Run, stage: str, folder: Path, split: list[str]
 def print_scores(
     store: Store,
     run: str | None,
-    form: FormatName,
+    form: TableFormat,
     protocol: Protocol | None = None,
     standings: Sequence[Standing] = (),
 ) -> None:

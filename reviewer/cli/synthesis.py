@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from reviewer.cli.options import DEFAULT_DB, Database, Splits, app, open_store, progress_bar
 from reviewer.errors import InvalidInput
+from reviewer.words import TrainedOn
 
 if TYPE_CHECKING:
     from reviewer.store.database import Store
     from reviewer.synthesis.bank import Bank
 
-TrainOnName = Literal["same_split", "same_workspace", "others"]
 
 TrainOn = Annotated[
-    TrainOnName,
+    TrainedOn,
     typer.Option(help="Reference images of these splits, of their workspaces, or of the others."),
 ]
 Coco = Annotated[

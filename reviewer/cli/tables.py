@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import typer
 
-from reviewer.cli.options import FormatName, print_table, progress_bar
+from reviewer.cli.options import print_table, progress_bar
+from reviewer.words import ScoreTable, TableFormat
 
 if TYPE_CHECKING:
-    from reviewer.doi import Seen
     from reviewer.evaluation.protocols import Protocol
     from reviewer.evaluation.table_a import Row
-    from reviewer.records import Standing
     from reviewer.store.database import Store
+    from reviewer.words import Seen, Standing
 
 
 def table_rows(
@@ -52,8 +52,8 @@ def table_rows(
 def print_rows(
     store: Store,
     rows: Sequence[Row],
-    kind: Literal["table_a", "matrix"],
-    form: FormatName,
+    kind: ScoreTable,
+    form: TableFormat,
     title: str,
 ) -> None:
     """Print Table A, or the matrix of what was trained on and tested on."""

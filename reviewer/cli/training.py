@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from reviewer.cli.exporting import FoldName
 from reviewer.cli.fitting import Folding, Order, train_on_synthesis, train_on_truth
 from reviewer.cli.options import DEFAULT_DB, Database, app, open_store
 from reviewer.cli.synthesis import (
@@ -23,19 +22,15 @@ from reviewer.cli.synthesis import (
     read_synthesis,
 )
 from reviewer.errors import InvalidInput
+from reviewer.words import FoldKind, NetName, Precision, Preprocessing, RecipeName
 
 if TYPE_CHECKING:
     from reviewer.synthesis.bank import Bank
 
-DetectorName = Literal["cscdnet", "cscdnet-attention", "dr-tanet", "cdnet", "tanet"]
-PreprocessingName = Literal["bgr_128", "imagenet"]
-PrecisionName = Literal["auto", "float32", "bfloat16"]
-RecipeChoice = Literal["default", "paper"]
-
 
 @app.command()
 def train(
-    detector: Annotated[DetectorName, typer.Argument(help="Which net.")],
+    detector: Annotated[NetName, typer.Argument(help="Which net.")],
     name: Annotated[
         str | None, typer.Option(help="Name of the training; else the net's, or NET-truth.")
     ] = None,
@@ -47,7 +42,7 @@ def train(
         ),
     ] = False,
     by: Annotated[
-        FoldName | None, typer.Option(help="Ground truth: what a fold holds out.  [workspace]")
+        FoldKind | None, typer.Option(help="Ground truth: what a fold holds out.  [workspace]")
     ] = None,
     parts: Annotated[
         int | None, typer.Option(help="Ground truth: folds of --by same-split.  [5]")
@@ -76,7 +71,7 @@ def train(
     ] = None,
     train_on: TrainOn = "same_split",
     recipe: Annotated[
-        RecipeChoice,
+        RecipeName,
         typer.Option(
             help="paper: one COCO object a pair and no other difference, an ImageNet backbone, no"
             " gradient limit, CSCDNet's last weights of 40,000 while the rate falls over 50,000."
@@ -98,7 +93,7 @@ def train(
         str, typer.Option(help="ResNet-18 file, torchvision or timm naming; or none.")
     ] = "none",
     preprocessing: Annotated[
-        PreprocessingName, typer.Option(help="How pictures become numbers.")
+        Preprocessing, typer.Option(help="How pictures become numbers.")
     ] = "bgr_128",
     level: Annotated[
         int | None, typer.Option(help="cscdnet-attention: level of the mask, 2 to 5.")
@@ -113,7 +108,7 @@ def train(
     clip_norm: Annotated[
         float | None, typer.Option(help="Largest gradient norm; 0 = any.  [5]")
     ] = None,
-    precision: Annotated[PrecisionName, typer.Option(help="Of the arithmetic.")] = "auto",
+    precision: Annotated[Precision, typer.Option(help="Of the arithmetic.")] = "auto",
     validate_every: Annotated[
         int, typer.Option(help="Iterations between two checkpoints.", min=1)
     ] = 500,

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
 from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table, progress_bar
 from reviewer.errors import InvalidInput, NotFound
+from reviewer.words import Scope, Seen, Vary
 
-Vary = Literal["high", "low", "max-overlap-px"]
 DEFAULT_VALUES: dict[str, str] = {
     "high": "0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.85,0.9,0.95,1.01",
     "low": "0,0.01,0.02,0.05,0.1,0.2,0.3,0.4",
@@ -24,9 +24,9 @@ def whatif(
     vary: Annotated[Vary, typer.Argument(help="What to change.")] = "high",
     values: Annotated[str | None, typer.Option(help="Comma-separated values.")] = None,
     run: Annotated[str | None, typer.Option(help="Run; else the newest.")] = None,
-    scope: Annotated[Literal["component", "image"] | None, typer.Option(help="Scope.")] = None,
+    scope: Annotated[Scope | None, typer.Option(help="Scope.")] = None,
     seen: Annotated[
-        Literal["keep", "reject"] | None,
+        Seen | None,
         typer.Option(help="What the reference shows too (f_b = 0): keep, reject."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Write JSON.")] = False,

@@ -1,1 +1,1 @@
-"""Detectors fitted to ground truth, so that every pair is judged by one that has not seen it."""
+"""Detectors fitted to ground truth; every pair is judged by one not trained on it."""

@@ -1,4 +1,4 @@
-"""Fit a net a fold, and let each judge the pairs that it has not seen.
+"""Fit one net per fold, and let each judge the pairs that it was not trained on.
 
 trainings/NAME/truth/    the exported pairs (`t0t1`)
 trainings/NAME/FOLD/     the training of a fold, as `training.session` has it
@@ -26,7 +26,7 @@ from reviewer.training.settings import TrainingSettings
 
 @dataclass(frozen=True, slots=True)
 class Reports:
-    """Who is told of a fold's steps and validations."""
+    """Receives the steps and validations of each fold."""
 
     step: Callable[[FoldData, Step], None]
     validated: Callable[[FoldData, Validated], None]
@@ -44,7 +44,7 @@ def fit_folds(
     start: Path | None = None,
     workers: int = 0,
 ) -> Path:
-    """Train all folds from where they stand, and write the maps; return the maps' folder.
+    """Train all folds, resuming where they stopped, and write the maps; return their folder.
 
     Args:
         warper: run whose alignments the pairs are shown by, in training and in judging.

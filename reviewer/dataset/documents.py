@@ -1,4 +1,4 @@
-"""Read text files that come from outside: JSON, YAML, XML and plain text, each within its bounds.
+"""Read untrusted text files: JSON, YAML, XML and plain text, each within limits.
 
 Whatever is in them, a refusal is one sentence with the file's name: no reading of pipes and devices
 that would never end, no aliases and entities that unpack to more than the file, no nesting that
@@ -48,7 +48,7 @@ def check_regular(path: Path) -> int:
 
 
 def reason_of(error: Exception) -> str:
-    """Return in one line what a library says of a file, or the name of its error."""
+    """Return a library's error message for a file in one line, or the name of the error."""
     said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
     return " ".join(said.split()) or type(error).__name__
 

@@ -1,4 +1,4 @@
-"""Import splits into the store: all of a split or nothing of it, with every skipped file told.
+"""Import splits into the store, each completely or not at all; skipped files are reported.
 
 Images stay where they are; the store keeps their path relative to the database. Where things lie is
 the matter of `layouts`, what goes together of `matching`, what masks mean of `truths`.
@@ -63,7 +63,7 @@ def import_split(
     *,
     dry_run: bool = False,
 ) -> ImportReport:
-    """Import one split; one that is there already is left alone.
+    """Import one split; a split that already exists is left unchanged.
 
     Args:
         place: as `layouts.find_splits` returns it.
@@ -211,7 +211,7 @@ def _notes(
     images: Sequence[CheckedImage],
     truths: Sequence[_Truth],
 ) -> Iterator[str]:
-    """Say what was done to files without being asked for."""
+    """Return notices about what was changed in files on reading."""
     if poses:
         unit = "degrees" if settings.heading == "degrees" else "radians"
         yield f"viewpoints are x, y in metres and heading (column theta) in {unit}"

@@ -1,4 +1,4 @@
-"""Bring in what a lab's own models made: flows, change maps and object masks of existing pairs.
+"""Import the output of your own models for existing pairs: flows, change maps, object masks.
 
 Files are `DIR/<split>/<pair>.png|.npy`, or `DIR/<pair>.*` when one split is named. Change maps are
 8-bit images (0-255) or `.npy` probabilities; objects are label images (0 = none, k = instance k) or
@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
@@ -27,13 +26,13 @@ from reviewer.dataset.files import (
 )
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.masks import Mask, encode_rle
-from reviewer.records import ObjectInstance, Pair, Run, Side
+from reviewer.records import ObjectInstance, Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import StoredAlignment, StoredDetection, load_objects
-from reviewer.store.results import Content, Stage, StageResult, given_key, save_results
+from reviewer.store.results import Content, StageResult, given_key, save_results
+from reviewer.words import LayerKind, Side, Stage
 
-Kind = Literal["alignment", "detection", "live-objects", "reference-objects"]
-STAGE: dict[Kind, Stage] = {
+STAGE: dict[LayerKind, Stage] = {
     "alignment": "align",
     "detection": "detect",
     "live-objects": "search",
@@ -66,7 +65,7 @@ class LayerReport:
 
 
 def import_layer(
-    store: Store, run: Run, kind: Kind, folder: Path, pairs: list[Pair], pack: Packing
+    store: Store, run: Run, kind: LayerKind, folder: Path, pairs: list[Pair], pack: Packing
 ) -> LayerReport:
     """Read and check every file first, then write: a bad file leaves the run as it was.
 

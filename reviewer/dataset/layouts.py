@@ -17,8 +17,8 @@ from pathlib import Path
 
 from reviewer.dataset.documents import read_text
 from reviewer.dataset.files import list_images
-from reviewer.dataset.settings import Layout
 from reviewer.errors import InvalidInput, NotFound
+from reviewer.words import Layout
 
 Skipped = tuple[Path, str]
 

@@ -1,4 +1,4 @@
-"""Bring masks of another annotation tool to pairs that are here: all of them, or none.
+"""Import masks from another annotation tool for existing pairs: all of them, or none.
 
 An image of the tool is a live image here when its file has that name, and a folder of its path, if
 it has any, is the split's or the live image's own. A path from elsewhere is believed only inside a
@@ -12,7 +12,6 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import Literal
 
 import numpy as np
 
@@ -27,9 +26,9 @@ from reviewer.records import Pair
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs, list_splits
 from reviewer.store.revisions import NewRevision, add_revisions, newest_revisions
+from reviewer.words import AnnotationTool
 
-Tool = Literal["coco", "labelme", "cvat", "label-studio"]
-READERS: dict[Tool, Callable[[Path], list[Annotated]]] = {
+READERS: dict[AnnotationTool, Callable[[Path], list[Annotated]]] = {
     "coco": read_coco,
     "labelme": read_labelme,
     "cvat": read_cvat,
@@ -63,7 +62,7 @@ class MaskReport:
 
 def import_masks(
     store: Store,
-    tool: Tool,
+    tool: AnnotationTool,
     path: Path,
     *,
     splits: Sequence[str] = (),

@@ -33,7 +33,7 @@ def poses_of(folder: Path, settings: ImportSettings) -> Poses:
 def match_images(
     references: dict[str, Path], lives: dict[str, Path], poses: Poses, settings: ImportSettings
 ) -> tuple[list[Match], list[Skipped]]:
-    """Return the matches, and the images that found none with the reason.
+    """Return the matches, and the images without a match with the reason.
 
     Raises:
         InvalidInput: when an image of a `sequence` has no pose.

@@ -11,9 +11,9 @@ import numpy as np
 
 from reviewer.dataset.documents import MALFORMED, read_text, read_yaml
 from reviewer.dataset.files import image_size
-from reviewer.dataset.settings import Heading
 from reviewer.errors import InvalidInput
 from reviewer.geometry import Grid, Pose2, viewpoint_distances
+from reviewer.words import SIDES, Heading
 
 FARTHEST_M = 1e8
 """Ten times what any projected map counts to; beyond it distances lose their digits."""
@@ -51,7 +51,7 @@ def read_poses(path: Path, heading: Heading = "auto") -> dict[tuple[str, str], S
         for row in reader:
             place = f"{path}, line {reader.line_num}"
             session, name = row["session"], Path(row["name"] or "").stem
-            if session not in ("reference", "live"):
+            if session not in SIDES:
                 raise InvalidInput(f"{place}: session must be reference or live, not {session!r}")
             if (session, name) in poses:
                 raise InvalidInput(f"{place}: {session} image {name!r} has a pose already")

@@ -1,4 +1,4 @@
-"""What a user may say about a split that is read: its layout, its masks, its poses.
+"""What a user can choose for the import of a split: layout, masks, poses.
 
 Checked when it is said, before any file is read.
 """
@@ -6,13 +6,10 @@ Checked when it is said, before any file is read.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from reviewer.errors import InvalidInput
+from reviewer.words import Heading, Layout, Polarity
 
-Layout = Literal["sequence", "t0t1", "vl-cmu-cd", "pscd", "changesim"]
-Polarity = Literal["auto", "white", "black", "nonzero"]
-Heading = Literal["auto", "radians", "degrees"]
 Colour = tuple[int, int, int]
 
 OWN_MASKS: tuple[Layout, ...] = ("vl-cmu-cd", "changesim")

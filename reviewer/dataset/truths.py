@@ -56,14 +56,14 @@ class Truth:
 
 @dataclass(frozen=True, slots=True)
 class MaskRule:
-    """How the masks of a split are read, and the sentence that says so."""
+    """How the masks of a split are read, and a sentence that says it."""
 
     says: str
     read: Callable[[Path], Truth]
 
 
 def find_rule(masks: Sequence[Path], settings: ImportSettings) -> MaskRule:
-    """Return how masks are read: as the layout has it, as told, or as they look.
+    """Return how to read masks: by the layout, by the user's choice, or by what is in the files.
 
     Raises:
         InvalidInput: when a mask that has to be looked at cannot be read, and is not to be skipped.
@@ -186,7 +186,7 @@ def _levels(path: Path, *, clip: bool = False) -> Levels:
 def read_two_levels(
     path: Path, black: bool = False, void: frozenset[int] = frozenset(), *, forgiving: bool = False
 ) -> Truth:
-    """Return what a mask of 0 and one other level says.
+    """Return how to read masks of 0 and one other level.
 
     Args:
         black: black is changed, and not the other one.

@@ -1,1 +1,1 @@
-"""What this machine can do, and whether what lies on it is whole."""
+"""What this machine can run, and whether its data is intact."""

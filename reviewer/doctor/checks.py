@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Literal
 
 from reviewer.dataset.files import hash_file
 from reviewer.errors import InvalidInput, ReviewerError
@@ -22,8 +21,8 @@ from reviewer.extras import EXTRAS
 from reviewer.models.presets import PRESETS
 from reviewer.store.database import Store
 from reviewer.store.integrity import damage, list_image_files
+from reviewer.words import Finding
 
-Verdict = Literal["good", "note", "bad"]
 LEAST_FREE = 2 * 2**30
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "microsoft-edge")
 SHOWN = 5
@@ -31,10 +30,10 @@ SHOWN = 5
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """What was looked at, how it is, and what was found."""
+    """One check: its subject, its state, and the finding."""
 
     subject: str
-    verdict: Verdict
+    verdict: Finding
     found: str
 
 
@@ -55,7 +54,7 @@ def check_all(db: Path | None, *, deep: bool) -> Iterator[Check]:
 
 
 def check_machine() -> Iterator[Check]:
-    """Say what computes here, and in which precision."""
+    """Report the device and the precision."""
     import torch
 
     from reviewer.models.device import best_device, choose_precision, free_memory
@@ -79,7 +78,7 @@ def check_machine() -> Iterator[Check]:
 
 
 def check_models(*, deep: bool) -> Iterator[Check]:
-    """Say which weights are here, and the line that fetches each that is not."""
+    """Report the weights on this machine, and the command that fetches each missing one."""
     if find_spec("huggingface_hub") is None:
         return  # told among the libraries: no weights can be had without it
     from reviewer.models.fetching import check_noted, find_fetched
@@ -126,17 +125,17 @@ def check_store(db: Path, *, deep: bool) -> Iterator[Check]:
 
 
 def check_disk(db: Path | None) -> Iterator[Check]:
-    """Say how much space is left where the database lies."""
+    """Report the free space on the disk of the database."""
     folder = (db or Path()).resolve().parent
     while not folder.exists():
         folder = folder.parent
     free = shutil.disk_usage(folder).free
-    verdict: Verdict = "good" if free >= LEAST_FREE else "bad"
+    verdict: Finding = "good" if free >= LEAST_FREE else "bad"
     yield Check("disk", verdict, f"{free / 2**30:.1f} GiB free in {folder}")
 
 
 def check_browser() -> Check:
-    """Say whether a browser is here; on a server reached over SSH none is needed."""
+    """Report whether a browser is installed; a server reached over SSH needs none."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         return Check("browser", "note", "none here; use the one of your own machine (ssh -L)")

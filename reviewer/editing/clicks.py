@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reviewer.editing.pictures import Picture, load_pictures
+from reviewer.editing.pictures import load_pictures
 from reviewer.editing.worker import Urgency, Worker
 from reviewer.masks import Mask, crop_to_box
 from reviewer.models.embeddings import EmbeddingCache
@@ -23,6 +23,7 @@ from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.results import stage_keys
+from reviewer.words import SIDES, Side
 
 Window = tuple[slice, slice]
 LEAST_CROP_PX = 96
@@ -41,7 +42,7 @@ class ClickRequest:
 
     pair_id: int
     run: Run | None
-    picture: Picture
+    picture: Side
     prompt: Prompt
     best: Candidate | None = None
     crop: bool = False
@@ -91,8 +92,8 @@ class Clicks:
         """End the worker."""
         self._worker.stop()
 
-    def _ahead(self, client: Hashable, wanted: list[tuple[int, Picture]], run: Run | None) -> None:
-        """Embed one image a turn, so that a click waits for one image at most."""
+    def _ahead(self, client: Hashable, wanted: list[tuple[int, Side]], run: Run | None) -> None:
+        """Embed one image per turn, so that a click waits for one image at most."""
         if not wanted or self._worker.stopped:
             return
         (pair_id, picture), rest = wanted[0], wanted[1:]
@@ -121,7 +122,7 @@ class Clicks:
         return ClickAnswer(chosen, (embedded - start) * 1e3, (done - embedded) * 1e3)
 
     def _embedding(
-        self, pair: Pair, run: Run | None, picture: Picture, window: Window | None
+        self, pair: Pair, run: Run | None, picture: Side, window: Window | None
     ) -> Embedding:
         place = None if window is None else tuple((s.start, s.stop) for s in window)
         # The key of the alignment tells one alignment of a run from the next.
@@ -169,8 +170,8 @@ def _middle(values: Sequence[float]) -> float:
     return (min(values) + max(values)) / 2
 
 
-def _pictures(aligned: bool) -> tuple[Picture, ...]:
-    return ("live", "reference") if aligned else ("live",)
+def _pictures(aligned: bool) -> tuple[Side, ...]:
+    return SIDES if aligned else ("live",)
 
 
 def _obeys(mask: Mask, clicks: Iterable[Click]) -> bool:

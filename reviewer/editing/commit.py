@@ -11,11 +11,12 @@ from typing import Any
 from reviewer.errors import InvalidInput
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.masks import Rle, decode_png, encode_rle, png_size, read_rle
-from reviewer.records import Pair, ReviewState, RevisionSource
+from reviewer.records import Pair
 from reviewer.store.database import Store
 from reviewer.store.reviews import set_review_state
 from reviewer.store.revisions import add_revision
 from reviewer.texts import clean_text
+from reviewer.words import ReviewState, RevisionSource
 
 MOST_ACTIONS = 2000
 LARGEST_LOG_BYTES = 256 * 2**10
@@ -36,7 +37,7 @@ class MaskEdit:
 
 
 def largest_body(pair: Pair) -> int:
-    """Return the bytes that a mask of a pair with its log may take on its way here."""
+    """Return the largest request body, in bytes, for a mask of a pair with its log."""
     return 8 * pair.live.height * pair.live.width + 4 * LARGEST_LOG_BYTES
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
 from reviewer.dataset.pictures import read_picture
@@ -15,13 +13,11 @@ from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment
 from reviewer.store.overview import pair_overview
-
-Picture = Literal["live", "reference"]
-"""The live image, or the reference warped to it."""
+from reviewer.words import Side
 
 
 def load_pictures(
-    store: Store, pair: Pair, run: Run | None, picture: Picture
+    store: Store, pair: Pair, run: Run | None, picture: Side
 ) -> tuple[Image, Image | None]:
     """Return a picture, uint8 RGB, and the other one; None where no run aligns the reference.
 

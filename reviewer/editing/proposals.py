@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import cv2
 import numpy as np
@@ -21,10 +20,8 @@ from reviewer.store.database import Store
 from reviewer.store.layers import load_detection, load_objects
 from reviewer.store.regions import load_final_mask, load_regions
 from reviewer.store.revisions import list_actions, newest_revision
+from reviewer.words import ProposalSource
 
-Source = Literal[
-    "region", "detector", "object_live", "object_reference", "prediction", "missed", "extra"
-]
 LEAST_PX = 4
 SLIVER_PX = 3
 
@@ -41,7 +38,7 @@ class Proposal:
     """
 
     key: str
-    source: Source
+    source: ProposalSource
     run: str
     number: int
     label: str
@@ -51,7 +48,9 @@ class Proposal:
     outcome: str | None
 
 
-def list_proposals(store: Store, pair: Pair, run: Run, sources: Iterable[Source]) -> list[Proposal]:
+def list_proposals(
+    store: Store, pair: Pair, run: Run, sources: Iterable[ProposalSource]
+) -> list[Proposal]:
     """Return the proposals of a run for a pair, source by source, largest score first.
 
     Sources: "prediction" are the components of the final mask; "missed" is what the prediction has
@@ -88,7 +87,7 @@ def outcomes_of(store: Store, pair_id: int) -> dict[str, str]:
 _Found = tuple[str, float | None, int | None, Rle]
 
 
-def _of(store: Store, pair: Pair, run: Run, source: Source) -> list[_Found]:
+def _of(store: Store, pair: Pair, run: Run, source: ProposalSource) -> list[_Found]:
     if source == "region":
         return _regions(store, pair, run)
     if source == "detector":

@@ -1,4 +1,4 @@
-"""A person's label for what has changed: written down, then that pair is searched again.
+"""A person's label for what has changed: it is saved, and the pair is searched again.
 
 Only the run's segmenter is loaded, with the first edit, and kept for the next one.
 """
@@ -20,7 +20,7 @@ from reviewer.store.results import edit_label
 
 
 class SearchFailed(ReviewerError):
-    """The label is kept, but the pair could not be searched for it."""
+    """The label is saved, but the pair could not be searched for it."""
 
     status = 422
 

@@ -10,7 +10,7 @@ import sqlite3
 from reviewer.editing.verdicts import ONE_AT_A_TIME, audited_mask
 from reviewer.errors import InvalidInput
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.records import Run, Verdict
+from reviewer.records import Run
 from reviewer.store.audits import (
     audits_of_ids,
     insert_audit,
@@ -22,6 +22,7 @@ from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
 from reviewer.store.regions import load_regions
 from reviewer.store.skips import delete_skip, insert_skip, skip_of_pair
+from reviewer.words import Verdict
 
 WHY = "bad alignment"
 """The reason that the rejections carry, as the list of reasons offers it at first."""

@@ -11,7 +11,6 @@ from reviewer.errors import Conflict
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.masks import Rle, encode_rle
 from reviewer.pipeline.stored import compose_audited
-from reviewer.records import Verdict
 from reviewer.store.audits import (
     add_audit,
     audit_of_id,
@@ -21,6 +20,7 @@ from reviewer.store.audits import (
 )
 from reviewer.store.database import Store
 from reviewer.store.regions import load_regions, region_of_id
+from reviewer.words import Verdict
 
 ONE_AT_A_TIME = Lock()
 """Two changes of one pair's verdicts must not both start from the state before either."""
@@ -61,7 +61,7 @@ def give_verdict(
 
 
 def change_standing(store: Store, audit_id: int, annotator_id: int, *, stands: bool) -> Given:
-    """Take one's own verdict back, or give it again; what stood before it then holds again.
+    """Take back one's own verdict, or give it again; then the verdict before it holds again.
 
     Saying so twice changes nothing, so a request whose answer was lost may be sent again.
 

@@ -1,4 +1,4 @@
-"""One thread that calls the models of one device, so that two clicks never fight for it.
+"""One thread that calls the models of one device, so that two clicks never compete for it.
 
 Clicks come before previews, previews before work done ahead; within a kind, first come, first
 served. A client's new request takes the place of its own one that still waits: that one is stale,

@@ -1,4 +1,4 @@
-"""How far people agree who judged the same things.
+"""How far people agree on regions that they both judged.
 
 Krippendorff's alpha for nominal values (Content Analysis, 2004, ch. 11): 1 - D_o / D_e, where D_o
 is the share of disagreeing pairs of opinions on one thing, D_e the share among all opinions mixed.

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from reviewer.doi import Choice, Seen
 from reviewer.evaluation.agreement import Agreement, agreement
 from reviewer.evaluation.predictors import (
     Predictor,
@@ -19,12 +18,13 @@ from reviewer.evaluation.predictors import (
 )
 from reviewer.metrics import Counts
 from reviewer.store.audited import AuditRow
+from reviewer.words import CHOICES, Choice, Seen
 
 SIZES = ((0, "< 8²"), (64, "< 16²"), (256, "< 32²"), (1024, ">= 32²"))
 EITHER = "either"
-CHOICES: dict[Seen, tuple[Choice, ...]] = {
+DECIDED: dict[Seen, tuple[Choice, ...]] = {
     "keep": ("adopt", "keep"),
-    "reject": ("adopt", "keep", "reject"),
+    "reject": CHOICES,
 }
 """What a rule decides between."""
 
@@ -100,7 +100,7 @@ def _without_nan(value: Any) -> Any:
 def oracle_choice(row: AuditRow, seen: Seen = "keep") -> str:
     """Return the decision that leaves fewest wrong pixels in the region, or "either" where several
     do."""
-    wrong = {choice: _wrong(row.outcomes[choice]) for choice in CHOICES[seen]}
+    wrong = {choice: _wrong(row.outcomes[choice]) for choice in DECIDED[seen]}
     best = [choice for choice, pixels in wrong.items() if pixels == min(wrong.values())]
     return best[0] if len(best) == 1 else EITHER
 
@@ -114,8 +114,8 @@ def _wrong(counts: Counts) -> int:
 
 
 def _lost(row: AuditRow, seen: Seen) -> int:
-    """Pixels that the oracle's decision would have had right."""
-    best = min(_wrong(row.outcomes[choice]) for choice in CHOICES[seen])
+    """Pixels that the oracle's decision would have got right."""
+    best = min(_wrong(row.outcomes[choice]) for choice in DECIDED[seen])
     return _wrong(row.outcomes[row.choice]) - best
 
 

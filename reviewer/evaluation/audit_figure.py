@@ -15,7 +15,7 @@ SOFT = "#868e96"
 
 
 def draw_predictors(predictors: Sequence[Predictor], path: Path | IO[bytes]) -> None:
-    """Write both plots into one file; its name's ending says which format.
+    """Write both plots into one file; its ending gives the format.
 
     The reliability is that of the first and of the last DoI line: all regions, whose DoI of 1 is
     mostly "no object", and those in which there is an object and f_b = 1.

@@ -1,12 +1,12 @@
-"""What a table of scores rests on: how many pairs, whose word, and what is left out."""
+"""What a table of scores is based on: how many pairs, which masks, and what is left out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from reviewer.records import STANDINGS, Standing
 from reviewer.store.database import Store
 from reviewer.store.truth import count_standings, count_unfinished
+from reviewer.words import STANDINGS, Standing
 
 TITLES: dict[Standing, str] = {
     "approved": "approved",

@@ -10,10 +10,10 @@ from reviewer.errors import InvalidInput
 from reviewer.evaluation.predicting import Interval
 from reviewer.evaluation.protocols import Protocol, paired_change, protocol_lines
 from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Line, table_lines
-from reviewer.records import Method
 from reviewer.store.database import Store
 from reviewer.store.runs import run_of_name
 from reviewer.store.scores import PairScore, pair_f_scores, pair_scores, split_scores
+from reviewer.words import Method
 
 MOST_CHANGED = 10
 
@@ -75,7 +75,7 @@ def compare_runs(store: Store, first: str, second: str, method: str) -> Comparis
 def _split_rows(
     ours: Sequence[PairScore], theirs: Sequence[PairScore], first: str, second: str
 ) -> list[dict[str, Any]]:
-    """Return a row a split and their mean, over the pairs that both have."""
+    """Return one row per split and their mean, over the pairs that both runs have."""
     both = {score.pair_id for score in ours} & {score.pair_id for score in theirs}
     lines = [
         protocol_lines([score for score in scores if score.pair_id in both], Protocol())
@@ -96,7 +96,7 @@ def _split_rows(
 def _rows(
     title: str, ours: Mapping[str, float], theirs: Mapping[str, float], first: str, second: str
 ) -> list[dict[str, Any]]:
-    """Return a row for everything that both have."""
+    """Return one row for each pair that both runs have."""
     return [
         {title: key, first: ours[key], second: theirs[key], "change": theirs[key] - ours[key]}
         for key in ours

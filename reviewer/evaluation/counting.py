@@ -1,4 +1,4 @@
-"""Bring the stored pixel counts up to date; everything after is arithmetic on integers."""
+"""Bring the stored pixel counts up to date; all scores are arithmetic on these integers."""
 
 from __future__ import annotations
 

@@ -11,11 +11,12 @@ from pathlib import Path
 
 from reviewer.evaluation.table_a import Row
 from reviewer.evaluation.table_a_text import columns_of, row_record, table_a_cells
-from reviewer.evaluation.tables import Form, csv_text, format_rows
+from reviewer.evaluation.tables import csv_text, format_rows
 from reviewer.pipeline.settings import IMPORTED
 from reviewer.store.database import Store
 from reviewer.store.runs import run_of_name
 from reviewer.store.trainings import StoredTraining, list_trainings
+from reviewer.words import TextFormat
 
 NOTHING, UNKNOWN = "nothing", "unknown (imported)"
 
@@ -53,7 +54,7 @@ def matrix_rows(store: Store, rows: Sequence[Row]) -> list[tuple[str, Row]]:
     return sorted(known, key=lambda entry: (variants.index(entry[1].variant), entry[0]))
 
 
-def matrix_text(matrix: Sequence[tuple[str, Row]], form: Form) -> str:
+def matrix_text(matrix: Sequence[tuple[str, Row]], form: TextFormat) -> str:
     """Write it; numbers keep all their digits in JSON and CSV."""
     rows = [row for _, row in matrix]
     if form in ("json", "csv"):

@@ -1,4 +1,4 @@
-"""Bring the terms of a run up to date, and read them: masks are looked at here, and never after."""
+"""Bring the terms of a run up to date, and read them. Masks are decoded here and never later."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Made = tuple[StaleTerms, int, str, dict[int, dict[str, Counts]]]
 
 @dataclass(frozen=True, slots=True)
 class RunTerms:
-    """A run ready for other rules: the pairs in the order of their terms, and the engine."""
+    """A run prepared for other rules: the pairs in the order of their terms, and the engine."""
 
     pair_ids: tuple[int, ...]
     whatif: WhatIf

@@ -20,7 +20,7 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """A figure with its 95 % bootstrap interval; NaN where it cannot be told."""
+    """A figure with its 95 % bootstrap interval; NaN where it is undefined."""
 
     value: float
     low: float
@@ -28,7 +28,7 @@ class Interval:
 
 
 def auroc(scores: Floats, errors: Bools) -> float:
-    """Return the chance that an error has a higher score than a non-error, ties count half."""
+    """Return the probability that an error has a higher score than a non-error; ties count half."""
     wrong, right = scores[errors], np.sort(scores[~errors])
     if not len(wrong) or not len(right):
         return float("nan")

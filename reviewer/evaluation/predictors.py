@@ -33,7 +33,7 @@ MOST_POINTS = 100
 
 @dataclass(frozen=True, slots=True)
 class Predictor:
-    """A score as a predictor of detector errors, over regions in which the detector said something.
+    """A score as a predictor of detector errors, over regions with detected pixels.
 
     Attributes:
         title: which score, over which regions.
@@ -62,7 +62,7 @@ class Predictor:
 
 @dataclass(frozen=True, slots=True)
 class SeenRegions:
-    """Regions with f_b = 0: DoI is 0 for each, so it tells nothing of them.
+    """Regions with f_b = 0: DoI is 0 for all of them, so it cannot tell them apart.
 
     Attributes:
         share: of them in which the detector is wrong; NaN where there is none.
@@ -132,7 +132,7 @@ def _iou(counts: Counts) -> float:
 
 
 def predictor_rows(predictors: Sequence[Predictor]) -> list[dict[str, str | int]]:
-    """Return a row a predictor for a reader: each figure with its 95 % interval over pairs."""
+    """Return one row per predictor as text: each figure with its 95 % interval over pairs."""
     return [
         {
             "score, regions": found.title,

@@ -9,20 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
 from reviewer.evaluation.predicting import Interval
 from reviewer.evaluation.tables import METHOD_TITLE, Line, mean_line
 from reviewer.metrics import Counts, f_score, precision, recall, total
-from reviewer.records import Method
 from reviewer.store.scores import PairScore
-
-Kind = Literal["pooled", "image_mean", "mean_pr"]
-Empty = Literal["skip", "one", "zero"]
-Weight = Literal["groups", "images"]
-Group = Literal["split", "workspace", "group"]
+from reviewer.words import EmptyRule, LineGroup, LineWeight, Method, ProtocolKind
 
 RESAMPLES = 1000
 
@@ -39,14 +33,14 @@ class Protocol:
         group: what a line is: a split, a workspace, or an object group.
     """
 
-    kind: Kind = "pooled"
-    empty: Empty = "skip"
-    weight: Weight = "groups"
-    group: Group = "split"
+    kind: ProtocolKind = "pooled"
+    empty: EmptyRule = "skip"
+    weight: LineWeight = "groups"
+    group: LineGroup = "split"
 
 
 def protocol_lines(scores: Sequence[PairScore], protocol: Protocol) -> list[Line]:
-    """Return a line a group and a mean line for every run and method, in that order."""
+    """Return one line per group and a mean line for every run and method, in that order."""
     found: dict[tuple[str, Method], dict[str, list[Counts]]] = {}
     for score in with_unjudged(scores):
         groups = found.setdefault((score.run, score.method), {})
@@ -80,7 +74,7 @@ def with_unjudged(scores: Sequence[PairScore]) -> list[PairScore]:
     return [*scores, *unjudged]
 
 
-def _group_of(score: PairScore, group: Group) -> str:
+def _group_of(score: PairScore, group: LineGroup) -> str:
     if group == "split":
         return score.split
     if group == "workspace":

@@ -1,4 +1,4 @@
-"""The evaluation as one HTML page that needs nothing beside it: tables, plots, failures."""
+"""The evaluation as one self-contained HTML page: tables, plots, failures."""
 
 from __future__ import annotations
 
@@ -28,13 +28,14 @@ from reviewer.evaluation.split_figure import draw_splits
 from reviewer.evaluation.table_a import table_a_rows
 from reviewer.evaluation.table_a_text import scope_rows
 from reviewer.evaluation.tables import DASH, MEAN, Line, short_row
-from reviewer.records import Run, Standing
+from reviewer.records import Run
 from reviewer.store.audited import audit_rows
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.runs import list_runs
 from reviewer.store.scores import pair_scores
 from reviewer.store.skips import count_skips, skipped_line
+from reviewer.words import Standing
 
 STEPS = 101
 TELLING = 8

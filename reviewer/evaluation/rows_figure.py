@@ -21,12 +21,13 @@ from reviewer.errors import NotFound
 from reviewer.evaluation.tables import METHOD_TITLE
 from reviewer.masks import Mask, crop_to_box, decode_rle, union
 from reviewer.metrics import f_score
-from reviewer.records import Method, Pair, Run, Standing
+from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_prediction
 from reviewer.store.scores import pair_scores
 from reviewer.store.truth import truth_of_pair
+from reviewer.words import Method, Standing
 
 Image = npt.NDArray[np.uint8]
 
@@ -72,7 +73,7 @@ def _scores(
 def draw_rows(
     store: Store, runs: Sequence[Run], pairs: Sequence[Pair], path: Path | IO[bytes]
 ) -> None:
-    """Write a row a pair; the name's ending says which format (PNG for an open file).
+    """Write one row per pair; the file's ending gives the format (PNG for an open file).
 
     Raises:
         NotFound: when there is no pair, or one has no ground truth.
@@ -172,7 +173,7 @@ def telling_window(truth: Mask, found: Sequence[Mask]) -> tuple[slice, slice]:
 
 
 def overlaid(live: Image, found: Mask, truth: Mask, ignore: Mask | None) -> Image:
-    """Return the live image, greyed, with what is right, wrong, missed and not scored in colour."""
+    """Return the live image in grey, with right, wrong, missed and unscored pixels in colour."""
     grey = live.mean(axis=2, keepdims=True)
     picture = np.repeat(grey * 0.5 + 20, 3, axis=2)
     layers = [(found & truth, RIGHT), (found & ~truth, WRONG), (truth & ~found, MISSED)]

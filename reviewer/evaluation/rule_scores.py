@@ -1,4 +1,4 @@
-"""Counts of pairs under a rule that a run was not made with, in the shape of stored counts.
+"""Counts of pairs under another rule than the run's, as records like the stored ones.
 
 So every protocol, table and interval that stands on stored counts stands on these as well.
 """

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from reviewer.doi import HIGH, LOW, Overlaps, Scope, Seen
+from reviewer.doi import HIGH, LOW
 from reviewer.errors import InvalidInput
+from reviewer.words import Overlaps, Scope, Seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +36,7 @@ def rule_of_run(settings: Mapping[str, Any]) -> Rule:
 
 
 def vary_rule(rule: Rule, name: str, value: float) -> Rule:
-    """Return a rule with one other number.
+    """Return a copy of a rule with one number changed.
 
     Raises:
         InvalidInput: when the rule has no such number.

@@ -1,4 +1,4 @@
-"""Scores that pixels do not tell: how many objects were found, and how well their borders lie.
+"""Scores beyond pixels: how many objects were found, and how accurate their borders are.
 
 Objects are 8-connected components. A found object and a true one match when their IoU reaches a
 threshold, the best pairs first, each once. Borders are compared in two ways: as lines that may lie
@@ -27,9 +27,9 @@ from reviewer.metrics import (
     recall,
     total,
 )
-from reviewer.records import Method, Standing
 from reviewer.store.database import Store
 from reviewer.store.scores import MaskPair, mask_pair, mask_pair_keys
+from reviewer.words import Method, Standing
 
 IOUS = (0.1, 0.25, 0.5)
 TOLERANCES_PX = (1, 2, 3)
@@ -104,7 +104,7 @@ def shape_rows(
     progress: Callable[[int, int], None] = lambda done, total: None,
     standings: Sequence[Standing] = (),
 ) -> list[dict[str, str | float]]:
-    """Return a row a run and method: object precision and recall, mean boundary F and IoU.
+    """Return one row per run and method: object precision and recall, mean boundary F and IoU.
 
     Objects are pooled over all pairs; borders are the mean over pairs in which anything has changed
     or was found.

@@ -22,7 +22,7 @@ BAR_INCHES, LEAST_INCHES, LONG_NAME = 0.11, 8.0, 55
 
 @rc_context({"text.parse_math": False})  # names of runs may hold a dollar
 def draw_splits(rows: Sequence[Row], path: Path | IO[bytes]) -> None:
-    """Write the figure; the name's ending says which format.
+    """Write the figure; the file's ending gives the format.
 
     Each method is drawn as its runs were made; a repeated one with its spread.
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from statistics import fmean, stdev
 from typing import Any
 
-from reviewer.doi import Scope, Seen
 from reviewer.errors import InvalidInput
 from reviewer.evaluation.comparing import flat_settings
 from reviewer.evaluation.outcomes import refresh_terms
@@ -26,6 +25,7 @@ from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.store.runs import list_runs
 from reviewer.store.scores import PairScore
+from reviewer.words import METHODS, SCOPES, Seen
 
 TITLES = {
     "dr-tanet": "DR-TANet",
@@ -35,7 +35,6 @@ TITLES = {
     "cdnet": "CDNet",
 }
 """Detectors by the names that papers give them, in the order of Table A; others follow."""
-SCOPES: tuple[Scope, ...] = ("component", "image")
 OF_TRAINING = ("threshold", "model_settings.detect.checkpoint", "model_settings.detect.weights")
 """Settings in which the runs of a repeated training differ; a checkpoint says its threshold."""
 AUDITED = METHOD_TITLE["audited"]
@@ -133,8 +132,7 @@ def _variants(
     progress: Progress,
 ) -> Iterator[tuple[str, _Scored]]:
     base, doi, audited = (
-        [score for score in scores if score.method == method]
-        for method in ("base", "doi", "audited")
+        [score for score in scores if score.method == method] for method in METHODS
     )
     if base:
         yield "", _scored(base, protocol, own=True)

@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from reviewer.evaluation.table_a import AUDITED, Row
-from reviewer.evaluation.tables import MEAN, METHOD_TITLE, Form, csv_text, format_rows
+from reviewer.evaluation.tables import MEAN, METHOD_TITLE, csv_text, format_rows
 from reviewer.texts import as_latex, as_markdown
+from reviewer.words import TextFormat
 
 Value = str | int | float | None
 
@@ -20,12 +21,12 @@ def groups_of(rows: Sequence[Row]) -> list[str]:
 
 
 def columns_of(rows: Sequence[Row]) -> list[str]:
-    """Return the heads of `table_a_cells`."""
+    """Return the column titles of `table_a_cells`."""
     return ["Method", "pairs", "Mean F", *groups_of(rows)[1:]]
 
 
 def scope_rows(rows: Sequence[Row]) -> list[dict[str, Value]]:
-    """Return a short table: a row a method, mean F by variant; None where a run has none."""
+    """Return a short table: one row per method, mean F by variant; None where a run has none."""
     found: dict[tuple[str, ...], dict[str, Value]] = {}
     titles = {"": METHOD_TITLE["base"], AUDITED: AUDITED}
     columns = list(dict.fromkeys(row.variant for row in rows))
@@ -60,7 +61,7 @@ def _cell(row: Row, group: str, best: float, bold: str, sign: str) -> str:
     return bold.format(text) if round(row.values[group], 4) == best else text
 
 
-def table_a_text(rows: Sequence[Row], form: Form) -> str:
+def table_a_text(rows: Sequence[Row], form: TextFormat) -> str:
     """Write the table; numbers keep all their digits in JSON and CSV."""
     if form in ("json", "csv"):
         records = [row_record(row, rows) for row in rows]

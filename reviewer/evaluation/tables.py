@@ -12,11 +12,11 @@ import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 from reviewer.metrics import Counts, f_score, precision, recall
-from reviewer.records import Method, Score
+from reviewer.records import Score
 from reviewer.texts import as_cell, as_latex, as_markdown
+from reviewer.words import Method, TextFormat
 
 METHOD_TITLE: dict[Method, str] = {
     "base": "without DoI",
@@ -42,7 +42,7 @@ class Line:
 
 
 def table_lines(scores: Sequence[Score]) -> list[Line]:
-    """Return a line a split and a mean line for every run and method, in that order."""
+    """Return one line per split and a mean line for every run and method, in that order."""
     groups: dict[tuple[str, Method], list[Line]] = {}
     for s in scores:
         line = Line(
@@ -65,7 +65,7 @@ def table_lines(scores: Sequence[Score]) -> list[Line]:
 
 
 def mean_line(lines: Sequence[Line], weights: Sequence[float] | None = None) -> Line:
-    """Return the mean of a run's lines by one method; they weigh alike unless `weights` says so."""
+    """Return the mean of a run's lines by one method, unweighted unless `weights` is given."""
     shares = weights or [1.0] * len(lines)
     whole = sum(shares)
     precisions, recalls, scores = (
@@ -82,10 +82,7 @@ def mean_line(lines: Sequence[Line], weights: Sequence[float] | None = None) -> 
     return Line(run, method, MEAN, pairs, counts, precisions, recalls, scores)
 
 
-Form = Literal["json", "csv", "markdown", "latex"]
-
-
-def format_rows(rows: Sequence[Mapping[str, str | float | None]], form: Form) -> str:
+def format_rows(rows: Sequence[Mapping[str, str | float | None]], form: TextFormat) -> str:
     """Write rows of the same columns as text; numbers keep all their digits in JSON and CSV."""
     if form == "json":
         return json.dumps(rows, indent=1)
@@ -99,7 +96,7 @@ def format_rows(rows: Sequence[Mapping[str, str | float | None]], form: Form) ->
     return "\n".join([*head, *map(_markdown_row, cells)])
 
 
-def format_lines(lines: Sequence[Line], form: Form) -> str:
+def format_lines(lines: Sequence[Line], form: TextFormat) -> str:
     """Write lines as text; numbers keep all their digits in JSON and CSV."""
     rows = [_row(line) for line in lines]
     if form == "latex":
@@ -132,7 +129,7 @@ def _short(value: str | float | None) -> str:
 
 
 def shown_scores(line: Line) -> tuple[float | None, float | None, float | None]:
-    """Return P, R and F as people see them: None for what is rightly empty, where they are 0/0."""
+    """Return P, R and F for display: None where truth and prediction are empty (0/0)."""
     if line.counts.rightly_empty:
         return None, None, None
     return line.precision, line.recall, line.f_score
@@ -158,7 +155,7 @@ def _is_number(text: str) -> bool:
 
 
 def short_row(line: Line, group: str = "split") -> dict[str, str | int | float | None]:
-    """Return what a reader looks at: run, method, group, pairs, P, R, F."""
+    """Return the columns that people read: run, method, group, pairs, P, R, F."""
     precisions, recalls, scores = shown_scores(line)
     return {
         "run": line.run,

@@ -95,6 +95,8 @@ class Touching:
         """Return which components an adopted object touches, bool (rules, components)."""
         found = np.zeros((len(adopted), count), np.bool_)
         if len(self._part):
+            # Sorted by component, all holders of one lie side by side, and one reduceat answers
+            # for all of them; a component that nobody touches has no start and stays False.
             parts = self._part[self._by_part]
             starts = np.flatnonzero(np.diff(parts, prepend=-1))
             columns = adopted[:, self._object[self._by_part]]
@@ -123,6 +125,7 @@ def sum_by(values: Ints, group: Ints, count: int) -> Ints:
     if len(group):
         order = np.argsort(group, kind="stable")
         sorted_groups = group[order]
+        # reduceat needs non-empty groups: only those that occur have a start, others stay 0.
         starts = np.flatnonzero(np.diff(sorted_groups, prepend=-1))
         total[:, sorted_groups[starts]] = np.add.reduceat(values[:, order], starts, axis=1)
     return total

@@ -1,4 +1,4 @@
-"""What a pair's score under any DoI rule is made of: once from the masks, then integers for ever.
+"""What determines a pair's score under any DoI rule: integers, computed once from the masks.
 
 Components of M_o are disjoint, and the objects of a pair are cut into *atoms*: pixels that belong
 to the same set of objects. A final mask is a set of components and, of the adopted objects, the

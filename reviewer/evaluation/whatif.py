@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reviewer.doi import Scope, Seen
 from reviewer.evaluation.oracle import Links, best_decisions, highest_f
 from reviewer.evaluation.rules import Rule
 from reviewer.evaluation.term_arrays import (
@@ -26,6 +25,7 @@ from reviewer.evaluation.term_arrays import (
 )
 from reviewer.evaluation.terms import PairTerms
 from reviewer.metrics import Counts
+from reviewer.words import Scope, Seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Sweep:
 
 
 class WhatIf:
-    """The terms of many pairs as arrays; made once, asked often."""
+    """The terms of many pairs as arrays; built once, queried often."""
 
     def __init__(self, pairs: Sequence[tuple[str, PairTerms]]) -> None:
         """Take (split, terms) of every pair."""
@@ -82,7 +82,7 @@ class WhatIf:
         ]
 
     def changed_pairs(self, first: Rule, second: Rule) -> Ints:
-        """Return the places of the pairs whose masks differ between two rules, ascending."""
+        """Return the indices of the pairs whose masks differ between two rules, ascending."""
         adopted, kept = self._decided([first, second])
         objects = self._objects.pair[adopted[0] != adopted[1]]
         parts = self._parts.pair[kept[0] != kept[1]]
@@ -170,7 +170,14 @@ class WhatIf:
         return self._settle(self._objects.adoptable(rules) & self._in_play, rules)
 
     def _settle(self, adoptable: Bools, rules: Sequence[Rule]) -> Bools:
-        """Of several objects on one component adopt the best fitting, where a rule says so."""
+        """Of several objects on one component adopt the best fitting, where a rule says so.
+
+        Must decide as `doi._best_of_each_component` does: greedily, by IoU and then by number.
+        """
+        # Whether an object is adopted depends on those before it, so objects are taken in turn;
+        # all rules are answered at once in each turn. Only contested objects need a turn: one that
+        # shares no component with another takes nothing from anybody. An object that a rule does
+        # not adopt takes nothing either, so another rule's loser may win here.
         best = np.array([rule.overlaps == "best" for rule in rules])
         adopted = adoptable.copy()
         taken = np.zeros((len(rules), len(self._parts.pair)), np.bool_)

@@ -1,4 +1,4 @@
-"""COCO instances JSON: one annotation a changed pair, or one a component; category "change".
+"""COCO instances JSON: one annotation per changed pair or per component; category "change".
 
 Segmentations are RLE. Pairs without change have an image and no annotation, as COCO has it.
 `iscrowd` is 0 although the segmentation is RLE: the mask is one region of change, not a crowd;

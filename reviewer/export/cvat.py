@@ -91,7 +91,7 @@ def _add(image: ElementTree.Element, mask: Mask, label: str) -> None:
 
 
 def runs_by_row(crop: Crop) -> list[int]:
-    """Return run-lengths by rows, the pixels that are off first (0 when there are none)."""
+    """Return run-lengths by rows, starting with the unset pixels (0 when there are none)."""
     flat = crop.pixels.ravel()
     changes = np.flatnonzero(np.diff(flat)) + 1
     runs = np.diff(np.concatenate(([0], changes, [len(flat)])))

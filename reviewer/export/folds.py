@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from reviewer.atomic import whole_folder
 from reviewer.errors import InvalidInput
@@ -21,8 +20,7 @@ from reviewer.export.selection import Labelled, Selection
 from reviewer.records import Pair
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_splits
-
-FoldKind = Literal["same-split", "split", "workspace"]
+from reviewer.words import FoldKind
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,22 +9,23 @@ from pathlib import Path
 from reviewer.errors import InvalidInput
 from reviewer.export.coco import export_coco
 from reviewer.export.cvat import export_cvat
-from reviewer.export.folds import FoldKind, export_folds
+from reviewer.export.folds import export_folds
 from reviewer.export.huggingface import export_huggingface
 from reviewer.export.labelme import export_labelme
 from reviewer.export.panoptic import export_panoptic
 from reviewer.export.png import export_png
 from reviewer.export.selection import Labelled, Selection
-from reviewer.export.t0t1 import IgnoreMode, export_t0t1
+from reviewer.export.t0t1 import export_t0t1
 from reviewer.export.webdataset import export_webdataset
 from reviewer.export.yolo import export_yolo
 from reviewer.records import Run
 from reviewer.store.database import Store
+from reviewer.words import EXPORT_FORMATS, FoldKind, IgnoreMode
 
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What one format or another takes beside the selection; see `coco`, `t0t1` and `folds`."""
+    """Options of single formats, in addition to the selection; see `coco`, `t0t1` and `folds`."""
 
     warped_by: Run | None = None
     ignore: IgnoreMode = "separate"
@@ -73,6 +74,6 @@ def export_as(
     if form == "folds":
         return export_folds(store, labelled, target, selection, options.by, options.parts)
     if form not in PLAIN:
-        known = ", ".join([*PLAIN, "coco", "t0t1", "folds"])
+        known = ", ".join(EXPORT_FORMATS)
         raise InvalidInput(f"export {form!r}: there are {known}")
     return PLAIN[form](labelled, target, selection)

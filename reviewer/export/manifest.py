@@ -1,4 +1,4 @@
-"""What an export holds, beside it: every pair with hashes, the settings, the code's version."""
+"""The manifest of an export: every pair with hashes, the settings, the code's version."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from reviewer.export.selection import Labelled
 
 
 def pair_entry(item: Labelled, files: Mapping[str, str]) -> dict[str, Any]:
-    """Return a pair's line: where its mask comes from, and the hash of every file by its path."""
+    """Return a pair's entry: where its mask comes from, and the hash of every file by its path."""
     pair = item.pair
     return {
         "pair": pair.title,

@@ -1,4 +1,4 @@
-"""`coco-panoptic`: a PNG of segment ids a live image, and COCO's panoptic JSON.
+"""`coco-panoptic`: one PNG of segment ids per live image, and COCO's panoptic JSON.
 
 Every component of change is a thing, all that is unchanged one stuff segment, ill-posed pixels are
 void (id 0). Ids are R + 256 G + 65536 B, as COCO has it; nothing is lost.
@@ -56,7 +56,7 @@ def export_panoptic(labelled: Sequence[Labelled], target: Path, selection: Selec
 
 
 def _ids(item: Labelled) -> np.ndarray:
-    """Return ids int32 (H, W): 1 = unchanged, 2 and more a component each, 0 = void."""
+    """Return ids int32 (H, W): 1 = unchanged, 2 and more = one component each, 0 = void."""
     labels, _ = components(decode_rle(item.mask))
     ids = labels + 1
     ignore = item.ignore()

@@ -5,20 +5,21 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.masks import Mask, Rle, decode_beside, decode_rle, encode_rle
-from reviewer.records import MaskRevision, Pair, Verdict
+from reviewer.records import MaskRevision, Pair
 from reviewer.store.audited import pairs_with_verdict
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_final_mask
-from reviewer.store.reviews import STATES, pairs_in_state
+from reviewer.store.reviews import pairs_in_state
 from reviewer.store.runs import run_of_name
 from reviewer.store.truth import finished_by_annotator, masks_in_state, truths
+from reviewer.words import REVIEW_STATES, VERDICTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,12 +58,12 @@ class Selection:
                 "export: --consensus is of all people, not of a run or of one person"
             )
         for verdict in self.verdicts:
-            if verdict not in get_args(Verdict):
-                known = ", ".join(get_args(Verdict))
+            if verdict not in VERDICTS:
+                known = ", ".join(VERDICTS)
                 raise InvalidInput(f"export: there is no verdict {verdict!r}; there are {known}")
         for state in self.states:
-            if state not in STATES[1:]:
-                known = ", ".join(STATES[1:])
+            if state not in REVIEW_STATES[1:]:
+                known = ", ".join(REVIEW_STATES[1:])
                 raise InvalidInput(f"export: there is no state {state!r}; there are {known}")
 
     def record(self) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Literal
 
 import cv2
 import numpy as np
@@ -22,8 +21,8 @@ from reviewer.pipeline.stored import warped_reference
 from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.store.results import stage_keys
+from reviewer.words import IgnoreMode
 
-IgnoreMode = Literal["separate", "255", "none"]
 CHANGED: dict[IgnoreMode, int] = {"separate": 255, "255": 1, "none": 255}
 
 

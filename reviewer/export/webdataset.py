@@ -1,4 +1,4 @@
-"""`webdataset`: tar shards that stream: `<split>-000000.tar` with t0, t1, mask and json a pair.
+"""`webdataset`: tar shards that stream: `<split>-000000.tar` with t0, t1, mask, json per pair.
 
 Members are `<pair>.t0.png` (or the picture's own format), `<pair>.t1.png`, `<pair>.mask.png` of 0
 and 255, `<pair>.ignore.png` where there is one, and `<pair>.json`. They have no times and no

@@ -49,7 +49,7 @@ Files = Mapping[str, bytes | Copy]
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """What is written at once: a pair, or a shard of pairs.
+    """A unit of writing: a pair, or a shard of pairs.
 
     Attributes:
         files: makes the files of the part.
@@ -69,7 +69,7 @@ def pair_parts(
     files: Callable[[Labelled], Files],
     made_with: Callable[[Labelled], str] = lambda item: "",
 ) -> list[Part]:
-    """Return a part a pair."""
+    """Return one part per pair."""
 
     def part(item: Labelled) -> Part:
         return Part(item.pair.title, (item,), lambda: files(item), {}, made_with(item))
@@ -174,7 +174,7 @@ def _write(
 
 
 def _take_up(work: Path, head: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts that an earlier attempt at the same export finished; else begin anew."""
+    """Return the parts that an earlier attempt at the same export finished; else start over."""
     path, kept = work / JOURNAL, {}
     wanted = json.dumps(head, sort_keys=True)
     if path.exists():

@@ -1,4 +1,4 @@
-"""`yolo-seg`: polygons in text files, one a component, class 0 = change; with the live images.
+"""`yolo-seg`: polygons in text files, one per component, class 0 = change; with the live images.
 
 A polygon goes through a component's border pixels, a hole is joined to its outer border by a slit.
 Readers fill polygons and draw their borders, so holes come back a pixel narrower all round, and a
@@ -60,7 +60,7 @@ def _part(item: Labelled) -> str:
 
 
 def polygon_lines(mask: Mask) -> list[str]:
-    """Return a line a component: class 0 and x, y of every corner, shares of width and height."""
+    """Return one line per component: class 0 and x, y of every corner, relative to the size."""
     height, width = mask.shape
     contours, tree = cv2.findContours(mask.view(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
     lines = []

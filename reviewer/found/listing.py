@@ -64,7 +64,7 @@ class Item:
 
 
 def list_items(store: Store, run_id: int, search: str = "", *, kept: bool = False) -> list[Item]:
-    """Return what was found, the most frequent names first, what has none last.
+    """Return what was found: the most frequent names first, finds without a name last.
 
     Args:
         search: words that name, pair, place or verdict must all hold.

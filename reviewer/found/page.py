@@ -1,4 +1,4 @@
-"""The list as a page that needs nothing beside it: pictures inside, a search field, no server."""
+"""The list as a self-contained page with pictures and a search field; needs no server."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Regions that ask for another look, their place on the floor, and viewpoints ranked by them.
+"""Regions that need another look, their place on the floor, and viewpoints ranked by them.
 
 A place is where the ray through the middle of the region's box meets the floor; or, where the map
 has something in the way before that, the first occupied cell: what lies on a shelf or hangs on a
@@ -34,7 +34,7 @@ class Doubt:
 
 @dataclass(frozen=True, slots=True)
 class RankedViewpoint:
-    """A live viewpoint and the regions that ask for another look from it."""
+    """A live viewpoint and its regions that need another look."""
 
     pair: Pair
     regions: int

@@ -39,7 +39,7 @@ class Tour:
 
 
 def plan_tour(terrain: Terrain, start: Pose2, views: Sequence[View], budget: float) -> Tour:
-    """Return the tour from `start` over as much DoI as `budget` metres allow; it ends anywhere."""
+    """Return the tour from `start` that covers the most DoI within `budget` metres; open-ended."""
     ways = _ways(terrain, [start, *(view.pose for view in views)])
     weights = np.array([0.0, *(view.target.weight for view in views)])
     order: list[int] = []

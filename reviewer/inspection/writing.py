@@ -37,7 +37,7 @@ COLUMNS = (
 
 
 def plan_rows(plan: InspectionPlan) -> list[dict[str, Any]]:
-    """Return a row a view: pose, what it looks at, the regions' ids, pairs and labels; metres."""
+    """Return one row per view: pose, what it looks at, the regions' ids, pairs, labels; metres."""
     rows = []
     for number, view in enumerate(plan.tour.views, start=1):
         doubts = [doubt.region for doubt in view.target.doubts]

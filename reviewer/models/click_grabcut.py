@@ -59,7 +59,7 @@ class GrabCutClicks:
 
     @property
     def model_id(self) -> str:
-        """One model, whatever the machine."""
+        """There is one model, the same on every machine."""
         return "grabcut"
 
     @property
@@ -273,7 +273,7 @@ def _resized(mask: Mask, width: int, height: int) -> Mask:
 
 
 def _candidate(scene: Scene, mask: Mask, prompt: Prompt) -> Candidate:
-    """Set the clicked pixels as the clicks say, and rate what comes out."""
+    """Set the clicked pixels as the clicks say, and rate the result."""
     obeying = mask.copy()
     broken = 0
     for click in prompt.clicks:
@@ -293,7 +293,7 @@ def _candidate(scene: Scene, mask: Mask, prompt: Prompt) -> Candidate:
 
 
 def _ranked(candidates: list[Candidate]) -> list[Candidate]:
-    """Best first, without those that are almost a better one."""
+    """Best first, without near duplicates of better ones."""
     kept: list[Candidate] = []
     for candidate in sorted(candidates, key=lambda c: -c.score):
         if all(intersection_over_union(candidate.mask, other.mask) < 0.93 for other in kept):

@@ -11,7 +11,7 @@ Sources: Kirillov et al., Segment Anything (ICCV 2023); Ravi et al., SAM 2 (2024
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import cv2
 import numpy as np
@@ -22,16 +22,16 @@ from transformers import Sam2Model, SamModel
 
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
-from reviewer.models.device import Precision, best_device, choose_precision, fingerprint
+from reviewer.models.device import best_device, choose_precision, fingerprint
 from reviewer.models.hub import load_pretrained
 from reviewer.models.interfaces import Candidate, Embedding, Image, Prompt
+from reviewer.words import Precision, SamFamily
 
-Kind = Literal["sam", "sam2"]
 Floats = npt.NDArray[np.float32]
 Masks = npt.NDArray[np.bool_]
-CLASSES: dict[Kind, Any] = {"sam": SamModel, "sam2": Sam2Model}
+CLASSES: dict[SamFamily, Any] = {"sam": SamModel, "sam2": Sam2Model}
 # The published SAM 2.1 checkpoints call themselves "sam2_video"; they hold the image model too.
-MODEL_TYPES: dict[Kind, set[str]] = {"sam": {"sam"}, "sam2": {"sam2", "sam2_video"}}
+MODEL_TYPES: dict[SamFamily, set[str]] = {"sam": {"sam"}, "sam2": {"sam2", "sam2_video"}}
 DEFAULT_SAM = "sam2:facebook/sam2.1-hiera-small"
 INSTEAD = "name a directory or a hub id, or use --click grabcut, which needs no weights"
 MEAN = torch.tensor([0.485, 0.456, 0.406]).view(1, 3, 1, 1)
@@ -47,7 +47,7 @@ def sam_of_text(text: str, option: str, instead: str, precision: Precision = "au
         InvalidInput: when it is neither, or cannot be loaded.
     """
     name, _, path = text.partition(":")
-    kind: Kind | None = next((known for known in CLASSES if known == name), None)
+    kind: SamFamily | None = next((known for known in CLASSES if known == name), None)
     if kind is None or not path:
         raise InvalidInput(f"{option}: must be sam:PATH or sam2:PATH, not {text!r}")
     return SamClicks.load(kind, path, option, instead, precision)
@@ -56,7 +56,9 @@ def sam_of_text(text: str, option: str, instead: str, precision: Precision = "au
 class SamClicks:
     """SAM or SAM 2 behind the click protocol; not thread-safe: one worker a device calls it."""
 
-    def __init__(self, kind: Kind, model: Any, name: str, precision: Precision = "auto") -> None:
+    def __init__(
+        self, kind: SamFamily, model: Any, name: str, precision: Precision = "auto"
+    ) -> None:
         """Wrap a loaded model; `name` is where it came from, `precision` is the encoder's."""
         self.kind = kind
         self.device = best_device()
@@ -70,7 +72,7 @@ class SamClicks:
     @classmethod
     def load(
         cls,
-        kind: Kind,
+        kind: SamFamily,
         name: str,
         option: str = "",
         instead: str = INSTEAD,
@@ -119,7 +121,7 @@ class SamClicks:
         return [Candidate(np.ascontiguousarray(masks[k]), float(scores[0, k])) for k in order]
 
     def predict_boxes(self, embedding: Embedding, boxes_xyxy: Floats) -> tuple[Masks, Floats]:
-        """Return one mask a box, bool (N, H, W), and its predicted IoU, float32 (N,)."""
+        """Return one mask per box, bool (N, H, W), and its predicted IoU, float32 (N,)."""
         height, width = (int(v) for v in embedding["size"])
         corners = torch.from_numpy(boxes_xyxy.astype(np.float32)).view(-1, 2, 2)
         boxes = (corners * self._scale(height, width)).view(1, -1, 4).to(self.device)

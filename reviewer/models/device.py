@@ -1,17 +1,15 @@
-"""What this machine computes with, and which weights a module has."""
+"""The device of this machine, and fingerprints of weights."""
 
 from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import Literal
 
 import torch
 from torch import nn
 
 from reviewer.errors import InvalidInput
-
-Precision = Literal["auto", "float32", "bfloat16"]
+from reviewer.words import Precision
 
 
 def best_device() -> str:
@@ -31,7 +29,7 @@ def bfloat16_pays(device: str) -> bool:
 
 
 def choose_precision(wanted: Precision, device: str) -> Precision:
-    """Return what "auto" stands for on a device; another wish as it is."""
+    """Return the precision that "auto" means on a device; any other value unchanged."""
     if wanted != "auto":
         return wanted
     return "bfloat16" if bfloat16_pays(device) else "float32"
@@ -61,7 +59,7 @@ def sampled_fingerprint(module: nn.Module) -> str:
 
 
 def free_memory() -> int | None:
-    """Return the bytes that weights could take on the device; None where that is not told."""
+    """Return the bytes available for weights on the device; None where unknown."""
     if best_device() == "cuda":
         return int(torch.cuda.mem_get_info()[0])
     try:

@@ -1,4 +1,4 @@
-"""Keep what a click segmenter knows of images: the last ones in memory, costly ones on disk too.
+"""Cache of a click segmenter's embeddings: recent ones in memory, costly ones also on disk.
 
 On disk an embedding is one `.npz` of float16 under the model's id, named by a hash of the pixels:
 it serves every database that holds the image. The folder is kept under a size by dropping what was

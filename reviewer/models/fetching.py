@@ -1,4 +1,4 @@
-"""Bring weights to this machine: the only place that downloads.
+"""Download weights: the only place that downloads anything.
 
 Hub models go into the hub's own cache, where `transformers` finds them; single files under
 `reviewer/weights` in the user's cache folder. An interrupted download goes on where it stopped.
@@ -52,7 +52,7 @@ def weights_folder() -> Path:
 
 
 def find_fetched(preset: Preset) -> Path | None:
-    """Return where a preset lies on this machine; None when it was not fetched."""
+    """Return the path of a preset on this machine; None when it was not fetched."""
     if preset.is_file:
         path = weights_folder() / FILE_NAMES[preset.name]
         return path if path.is_file() else None
@@ -207,7 +207,7 @@ def _download(preset: Preset, part: Path, name: str, progress: Progress) -> None
 
 
 def check_noted(preset: Preset, path: Path) -> None:
-    """Compare a single file with the hash that was noted when it came.
+    """Compare a single file with the hash recorded at its download.
 
     Raises:
         InvalidInput: when it has changed since.

@@ -70,7 +70,7 @@ def load_pretrained(
 
 
 def load_beside(loader: Any, name: str, option: str, instead: str) -> Any:
-    """Return what lies beside a model: a tokenizer or a processor.
+    """Return a model's companion: a tokenizer or a processor.
 
     Raises:
         InvalidInput: when it is not there, or cannot be read.

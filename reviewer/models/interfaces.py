@@ -1,4 +1,4 @@
-"""What the pipeline asks of its models.
+"""The protocols of the pipeline's models.
 
 Images are uint8 RGB (H, W, 3), masks bool (H, W), fields float32. Everything is in the frame of the
 live image unless it says otherwise.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -79,7 +79,7 @@ class Detector(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Said:
-    """What a labeller said of a component of M_o, or of the whole mask (component None).
+    """A labeller's answer about a component of M_o, or about the whole mask (component None).
 
     Attributes:
         raw: its words.
@@ -120,9 +120,6 @@ class PairView:
     labels: tuple[str, ...]
     reference: Image
     flow: Field
-
-
-Reads = Literal["change", "labels"]
 
 
 class Segmenter(Protocol):

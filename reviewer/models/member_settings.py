@@ -1,4 +1,4 @@
-"""What can be set of a member: names, defaults, and what its docstring says of each.
+"""The settings of a member: names, defaults, and descriptions from its docstring.
 
 The classes' fields are the settings; here they are found without building a model, for the message
 about a wrong one and for docs/settings.md.
@@ -56,13 +56,13 @@ class Setting:
 
 
 def member_settings(stage: str, name: str) -> list[Setting]:
-    """Return what can be set of a member, in the order of its fields."""
+    """Return the settings of a member, in the order of its fields."""
     module, _, title = CLASSES[stage][name].partition(":")
     return describe_settings(getattr(import_module(module), title))
 
 
 def wrong_setting(name: str, given: Mapping[str, Any]) -> str:
-    """Return what is wrong with the names of given settings, "" = nothing."""
+    """Return what is wrong with the names of given settings, "" if nothing is."""
     stage = next((stage for stage, members in CLASSES.items() if name in members), None)
     known = [setting.name for setting in member_settings(stage, name)] if stage else []
     unknown = next((each for each in given if each not in known), None) if stage else None

@@ -20,11 +20,12 @@ from torch import Tensor, nn
 
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
-from reviewer.models.device import Precision, best_device, check_weights, choose_precision
+from reviewer.models.device import best_device, check_weights, choose_precision
 from reviewer.models.interfaces import Field, Image, ModelFailed
-from reviewer.models.nets.checkpoints import BatchNormMode, NetRecord, load_checkpoint
+from reviewer.models.nets.checkpoints import NetRecord, load_checkpoint
 from reviewer.models.nets.pictures import change_probability, pad_to_multiple, prepare, stack_pair
 from reviewer.models.nets.windows import through_windows
+from reviewer.words import BatchNormMode, Precision
 
 LEAST_SIDE = 64
 
@@ -114,7 +115,7 @@ class NetDetector:
         return job.probability
 
     def _take(self, job: _Job) -> list[_Job]:
-        """Take a job and others of its size off the list."""
+        """Take a job, and others of its size, from the queue."""
         with self._list:
             others = [
                 other

@@ -1,4 +1,4 @@
-"""Build models by name; unknown names are told which there are.
+"""Build models by name; the error for an unknown name lists the known ones.
 
 Builders import their module when called, so naming a model costs nothing.
 """
@@ -10,15 +10,9 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from reviewer.errors import InvalidInput
-from reviewer.models.interfaces import (
-    Aligner,
-    ClickSegmenter,
-    Detector,
-    Labeller,
-    Reads,
-    Segmenter,
-)
+from reviewer.models.interfaces import Aligner, ClickSegmenter, Detector, Labeller, Segmenter
 from reviewer.models.member_settings import wrong_setting
+from reviewer.words import NET_NAMES, Reads
 
 if TYPE_CHECKING:
     from torch import nn
@@ -152,7 +146,6 @@ ALIGNERS: dict[str, Callable[..., Aligner]] = {
     "loftr": _loftr,
     "pdcnet": _pdcnet,
 }
-NET_NAMES = ("cdnet", "cscdnet", "cscdnet-attention", "dr-tanet", "tanet")
 DETECTORS: dict[str, Callable[..., Detector]] = {
     "difference": _difference,
     **{name: _net(name) for name in NET_NAMES},
@@ -177,7 +170,7 @@ LABELLERS: dict[str, Callable[..., Labeller]] = {
     "vocabulary": _vocabulary,
 }
 # Which setting the PATH of NAME:PATH is.
-PATH_SETTING = {
+PATH_SETTING: dict[str, str] = {
     "loftr": "checkpoint",
     "pdcnet": "repository",
     "vocabulary": "words",
@@ -232,7 +225,7 @@ def build_segmenter(name: str, settings: Mapping[str, Any] | None = None) -> Seg
 
 
 def segmenter_reads(name: str) -> frozenset[Reads]:
-    """Return what a segmenter looks at beside the images; nothing where its output is imported."""
+    """Return what a segmenter reads besides the images; nothing where its output is imported."""
     return SEGMENTER_READS.get(name, frozenset())
 
 

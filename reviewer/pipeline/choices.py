@@ -1,17 +1,16 @@
-"""What people write on the command line for a member: NAME, NAME:PATH, stage.setting=value."""
+"""How the command line names a member and its settings: NAME, NAME:PATH, stage.setting=value."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from reviewer.errors import InvalidInput
 from reviewer.models.registry import PATH_SETTING
+from reviewer.words import MEMBER_STAGES, MemberStage
 
-MemberStage = Literal["align", "detect", "label", "search"]
-MEMBER_STAGES: tuple[MemberStage, ...] = ("align", "detect", "label", "search")
 FILES = "files"
 """Member name for layers that lie in a folder: they are imported, then the run goes on."""
 

@@ -76,7 +76,7 @@ def store_alignment(alignment: Alignment, reference: Image, live: Image) -> Stor
 
 
 def pack_imported_flow(pair: Pair, flow: Field, believed: Mask) -> StoredAlignment:
-    """Return an alignment made elsewhere as it is kept: judged like any other."""
+    """Return an imported alignment as stored: judged like any other."""
     reference, live = read_picture(pair.reference), read_picture(pair.live)
     valid: Mask = believed & inside(flow, *reference.shape[:2])
     return store_alignment(Alignment(flow, valid), reference, live)

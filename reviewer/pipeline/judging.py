@@ -1,4 +1,4 @@
-"""Judge whether a pair can be compared: by its alignment, and by what the detector then says.
+"""Judge whether a pair can be compared, by its alignment and by the detector's change mask.
 
 What looks bad is not thrown away, because a person may know better; it carries its doubt into the
 queue and the panes. `benchmarks/doubts.py` counts doubts on pairs that can and cannot be compared.
@@ -43,7 +43,7 @@ NO_RESIDUAL = 255.0
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """What there is to say of an alignment.
+    """The measurements of an alignment.
 
     Attributes:
         residual_before, residual_after: mean absolute grey difference (0..255) after matching the

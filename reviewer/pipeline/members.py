@@ -40,7 +40,7 @@ class Members:
         return {stage: settings_of(m) for stage, m in members.items() if m is not None}
 
     def remarks(self) -> list[str]:
-        """Return what a checkpoint does not tell and is assumed, a sentence each."""
+        """Return what is assumed because a checkpoint does not say it, one sentence each."""
         record = getattr(self.detector, "record", None)
         if record is None:
             return []

@@ -1,4 +1,4 @@
-"""Which stages of a pair are still to be done, and the keys that say out of what.
+"""Which stages of a pair are still to be done, and the keys of their inputs.
 
     align ─▶ detect ─▶ label ─▶ search ─▶ integrate
 
@@ -16,11 +16,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from reviewer.models.interfaces import Reads
 from reviewer.models.registry import PATHS
 from reviewer.pipeline.settings import IMPORTED, PipelineSettings
 from reviewer.records import Pair
-from reviewer.store.results import GIVEN, STAGES, Stage
+from reviewer.store.results import GIVEN
+from reviewer.words import STAGES, Reads, Stage
 
 # Raised when a stage's own code changes what it makes of the same inputs.
 STAGE_VERSIONS: dict[Stage, int] = {
@@ -34,7 +34,7 @@ STAGE_VERSIONS: dict[Stage, int] = {
 
 @dataclass(frozen=True, slots=True)
 class PairPlan:
-    """Stages of a pair: `keys` of all that are wanted or read, `todo` in their order."""
+    """Stages of a pair: `keys` of all that are needed, `todo` in their order."""
 
     keys: dict[Stage, str]
     todo: tuple[Stage, ...]

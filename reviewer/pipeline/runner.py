@@ -1,4 +1,4 @@
-"""Take many pairs through the stages: plan, hand out, write; resume where a killed run stopped.
+"""Take many pairs through the stages: plan, distribute, write; resume a run that was killed.
 
 This process plans every pair and is the only one that writes: what is there already is left alone,
 what another run made of the same inputs is taken over, the rest goes to an engine. Each pair is
@@ -15,7 +15,7 @@ from itertools import count
 
 from reviewer.errors import Conflict
 from reviewer.models.registry import segmenter_reads
-from reviewer.pipeline.engines import Engine, EngineName
+from reviewer.pipeline.engines import Engine
 from reviewer.pipeline.members import Members, build_members
 from reviewer.pipeline.plan import Plan
 from reviewer.pipeline.settings import PipelineSettings, current_versions
@@ -24,7 +24,8 @@ from reviewer.records import Pair, Run
 from reviewer.store import layers, runs
 from reviewer.store.database import Store
 from reviewer.store.pairs import pairs_of_ids
-from reviewer.store.results import STAGES, Stage, save_results, stage_keys, take_over
+from reviewer.store.results import save_results, stage_keys, take_over
+from reviewer.words import STAGES, EngineName, Stage
 
 CHUNK = 256
 
@@ -43,7 +44,7 @@ class RunReport:
 
     @property
     def pairs_per_s(self) -> float:
-        """Pairs worked on a second."""
+        """Pairs per second."""
         elapsed = time.perf_counter() - self.started
         return (self.done + len(self.failures)) / elapsed if elapsed > 0 else 0.0
 
@@ -125,7 +126,7 @@ def run_pipeline(
     members: Members | None = None,
     progress: Progress = lambda report: None,
 ) -> RunReport:
-    """Do the stages for all pairs that do not have them; a failing pair is recorded and passed by.
+    """Do the missing stages of all pairs; a pair that fails is recorded, and the run continues.
 
     Args:
         engine: "local" or "ray", the latter at `address` (None: a cluster on this machine).

@@ -9,8 +9,9 @@ from importlib.metadata import version
 from typing import Any
 
 from reviewer import __version__
-from reviewer.doi import HIGH, LOW, Overlaps, Scope, Seen
+from reviewer.doi import HIGH, LOW
 from reviewer.errors import InvalidInput
+from reviewer.words import Overlaps, Scope, Seen
 
 IMPORTED = "imported"
 """An aligner, detector or segmenter whose output came from elsewhere (`reviewer import-layer`)."""

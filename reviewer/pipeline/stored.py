@@ -9,16 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from reviewer.dataset.pictures import read_picture
-from reviewer.doi import Choice, Region, compose
+from reviewer.doi import Region, compose
 from reviewer.errors import Conflict, NotFound
 from reviewer.masks import Mask, decode_rle, union
 from reviewer.models.interfaces import Image
 from reviewer.models.warping import warp_image
 from reviewer.pipeline.fields import load_flow
-from reviewer.records import Pair, Run, Verdict
+from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment, load_detection, load_objects
 from reviewer.store.regions import load_regions
+from reviewer.words import Choice, Verdict
 
 
 def compose_audited(

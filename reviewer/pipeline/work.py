@@ -26,15 +26,16 @@ from reviewer.models.warping import warp_image
 from reviewer.pipeline.fields import load_flow, store_alignment, store_detection
 from reviewer.pipeline.members import Members
 from reviewer.pipeline.settings import PipelineSettings
-from reviewer.records import ObjectInstance, Pair, Side
+from reviewer.records import ObjectInstance, Pair
 from reviewer.store.layers import StoredAlignment, StoredDetection, StoredLabel
 from reviewer.store.regions import StoredIntegration
-from reviewer.store.results import Content, Stage, StageResult
+from reviewer.store.results import Content, StageResult
+from reviewer.words import SIDES, Side, Stage
 
 
 @dataclass(slots=True)
 class Known:
-    """What is known of a pair; None = not yet."""
+    """The results of a pair so far; None = not yet."""
 
     alignment: StoredAlignment | None = None
     detection: StoredDetection | None = None
@@ -53,7 +54,7 @@ class PairTask:
 
 @dataclass(slots=True)
 class PairOutcome:
-    """What was done for a pair, and the stage that could not be done with the reason."""
+    """What was done for a pair, and the stage that failed with the reason."""
 
     pair: Pair
     results: list[StageResult] = field(default_factory=list)
@@ -168,7 +169,7 @@ class Bench:
 
     def _search(self) -> Sequence[ObjectInstance]:
         if self._members.segmenter is None:
-            # Imported objects are there already; a pair without any has been searched in vain.
+            # Imported objects are there already; where there are none, none were found.
             self._known.objects = self._known.objects or []
             return self._known.objects
         warped, valid = self._warp
@@ -188,10 +189,9 @@ class Bench:
             load_flow(self._aligned()),
         )
         found = self._members.segmenter.segment(view)
-        sides: tuple[Side, Side] = ("live", "reference")
         self._known.objects = [
             _object(side, number, thing, change.shape)
-            for side, things in zip(sides, (found.live, found.reference), strict=True)
+            for side, things in zip(SIDES, (found.live, found.reference), strict=True)
             for number, thing in enumerate(things)
         ]
         return self._known.objects

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal
+from typing import Any
 
 from reviewer.dataset.pictures import read_picture
 from reviewer.errors import NotFound
@@ -25,8 +25,7 @@ from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_final_mask, load_prediction, load_regions
 from reviewer.store.runs import list_runs, run_of_name
 from reviewer.store.truth import truth_of_pair
-
-Which = Literal["base", "doi", "audited", "final"]
+from reviewer.words import PredictionKind
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +40,7 @@ class FoundObject:
 
 @dataclass(frozen=True, slots=True)
 class PairData:
-    """A pair, and its arrays as they are asked for.
+    """A pair; its arrays are loaded on demand.
 
     Attributes:
         pair: names, paths, poses, sizes; `pair.title` is "split/name".
@@ -107,7 +106,7 @@ class PairData:
             raise NotFound(f"pair {self.title}: no detection in run {run}")
         return load_probability(found)
 
-    def prediction(self, run: str, which: Which = "final") -> Mask | None:
+    def prediction(self, run: str, which: PredictionKind = "final") -> Mask | None:
         """Return a mask of a run, bool (H, W); None where it has none.
 
         Args:

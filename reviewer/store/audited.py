@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from reviewer.metrics import Counts
-from reviewer.records import Verdict
 from reviewer.store.database import Store
 from reviewer.store.skips import NOT_SKIPPED
+from reviewer.words import Verdict
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 from reviewer.errors import NotFound
 from reviewer.masks import Rle
-from reviewer.records import Verdict
 from reviewer.store.database import Store, require, utc_now
 from reviewer.store.regions import put_prediction
+from reviewer.words import Verdict
 
 
 @dataclass(frozen=True, slots=True)

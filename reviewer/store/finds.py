@@ -7,13 +7,12 @@ import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from reviewer.doi import Choice
 from reviewer.errors import NotFound
 from reviewer.geometry import Pose2
-from reviewer.records import Verdict
 from reviewer.store.database import Store, require, utc_now
 from reviewer.store.skips import NOT_SKIPPED
 from reviewer.texts import clean_text
+from reviewer.words import Choice, Verdict
 
 LONGEST_NAME = 200
 

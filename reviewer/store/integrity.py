@@ -1,4 +1,4 @@
-"""Whether a database is whole: SQLite's own checks, and the image files it speaks of."""
+"""Whether a database is intact: SQLite's own checks, and the image files it names."""
 
 from __future__ import annotations
 

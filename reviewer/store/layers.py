@@ -1,7 +1,7 @@
 """What the stages of a run leave of a pair: alignment, change mask M_o, labels, objects.
 
 `load_*` read one pair; `put_*` write inside a transaction of the writer, in place of what was
-there. Who writes is `store.results`, which keeps beside it out of what it was made.
+there. Who writes is `store.results`, which also stores the key of its inputs.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class StoredDetection:
 
 @dataclass(frozen=True, slots=True)
 class StoredLabel:
-    """What was said of a component of M_o (None: of the whole mask), and what is searched for.
+    """A labeller's answer about a component of M_o (None: the whole mask), and the search term.
 
     Attributes:
         raw: the labeller's words.
@@ -145,7 +145,7 @@ def load_detection(store: Store, run_id: int, pair_id: int) -> StoredDetection |
 
 
 def pair_doubt(store: Store, run_id: int, pair_id: int) -> str:
-    """Return why a run's results look as if the pair could not be compared; "" = they do not."""
+    """Return why a run's results suggest that the pair cannot be compared, "" if they do not."""
     query = f"SELECT {DOUBT} FROM pairs p WHERE p.id = :pair"
     row = store.read().execute(query, {"run": run_id, "pair": pair_id}).fetchone()
     return row[0] if row else ""

@@ -1,4 +1,4 @@
-"""What there is to see of a pair in a run: finished stages, and a version."""
+"""What a run has for a pair: finished stages, and a version."""
 
 from __future__ import annotations
 

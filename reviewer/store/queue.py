@@ -5,16 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 from reviewer.errors import InvalidInput
-from reviewer.records import TeamState
 from reviewer.store.database import Store
 from reviewer.store.layers import DOUBT
-from reviewer.store.skips import PairState
+from reviewer.words import PairState, QueueOrder, TeamState
 
-Order = Literal["name", "doi", "size", "unreviewed", "doubt"]
-ORDERS: dict[Order, str] = {
+ORDERS: dict[QueueOrder, str] = {
     "name": "split, name",
     "doi": "max_doi DESC NULLS LAST, split, name",
     "size": "change_px DESC NULLS LAST, split, name",
@@ -65,7 +62,7 @@ def list_queue(
     split: str | None = None,
     state: PairState | None = None,
     team: TeamState | None = None,
-    order: Order = "name",
+    order: QueueOrder = "name",
     pair_ids: Sequence[int] | None = None,
     limit: int = 100,
     offset: int = 0,

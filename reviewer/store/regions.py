@@ -11,9 +11,10 @@ from typing import Any
 from reviewer.doi import Region
 from reviewer.errors import Conflict
 from reviewer.masks import Rle
-from reviewer.records import Method, StoredRegion
+from reviewer.records import StoredRegion
 from reviewer.store.database import Store, mask_columns, require
 from reviewer.store.revisions import rle_of_row
+from reviewer.words import Method
 
 REGIONS = """
 SELECT g.*, d.verdict, d.annotator, d.verdict_reason, d.comment, d.labels FROM regions g
@@ -121,7 +122,7 @@ def load_prediction(store: Store, run_id: int, pair_id: int, method: Method) -> 
 
 
 def load_final_mask(store: Store, run_id: int, pair_id: int) -> Rle | None:
-    """Return what a run says in the end: the audited mask where people gave verdicts, else the one
+    """Return a run's final mask: the audited one where people gave verdicts, else the one
     with DoI; None before either."""
     audited = load_prediction(store, run_id, pair_id, "audited")
     return audited or load_prediction(store, run_id, pair_id, "doi")

@@ -1,4 +1,4 @@
-"""Which stages have done which pairs, and out of what: the cache of the pipeline.
+"""Which stages are done for which pairs, and from which inputs: the cache of the pipeline.
 
 A result's key is a hash of its inputs, settings and weights (`pipeline.plan`). A stage of a run has
 done a pair when the key that is kept is the one it would have now; another run takes over a result
@@ -12,7 +12,6 @@ import json
 import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 from reviewer.errors import NotFound
 from reviewer.records import ObjectInstance
@@ -27,9 +26,8 @@ from reviewer.store.layers import (
     put_objects,
 )
 from reviewer.store.regions import StoredIntegration, put_integration
+from reviewer.words import Stage
 
-Stage = Literal["align", "detect", "label", "search", "integrate"]
-STAGES: tuple[Stage, ...] = ("align", "detect", "label", "search", "integrate")
 GIVEN = "given:"
 # Regions have keys of their own and cost little: they are made again, not taken over.
 LAYER_TABLES: dict[Stage, str] = {
@@ -50,7 +48,7 @@ Content = (
 
 @dataclass(frozen=True, slots=True)
 class StageResult:
-    """What a stage made of a pair; `key` says out of what, `seconds` how long it took."""
+    """A stage's result for a pair; `key` names its inputs, `seconds` how long it took."""
 
     stage: Stage
     key: str
@@ -59,7 +57,7 @@ class StageResult:
 
 
 def given_key(*parts: str | bytes) -> str:
-    """Return the key of something that no model made."""
+    """Return the key of a result that no model made."""
     digest = hashlib.sha256()
     for part in parts:
         digest.update(part if isinstance(part, bytes) else part.encode())
@@ -93,7 +91,7 @@ def save_results(
     results: Sequence[StageResult],
     failure: tuple[Stage, str] | None = None,
 ) -> None:
-    """Write all that was done for a pair in one transaction, and what could not be done.
+    """Write everything that was done for a pair, and its failure, in one transaction.
 
     Raises:
         Conflict: when people gave verdicts on regions that would be others now.

@@ -7,18 +7,10 @@ from collections.abc import Sequence
 
 from reviewer.errors import Conflict, InvalidInput
 from reviewer.masks import empty_rle
-from reviewer.records import ReviewState
 from reviewer.store.database import Store, utc_now
 from reviewer.store.revisions import insert_revision, newest_row, pair_row
 from reviewer.texts import clean_text
-
-STATES: tuple[ReviewState, ...] = (
-    "todo",
-    "in_progress",
-    "submitted",
-    "approved",
-    "confirmed_empty",
-)
+from reviewer.words import REVIEW_STATES, ReviewState
 
 
 def known_annotator(store: Store, name: str) -> int:
@@ -95,8 +87,8 @@ def set_review_state(
         NotFound: when the pair does not exist.
         Conflict: when a mask is submitted that does not exist, or `seen` is not the newest.
     """
-    if state not in STATES:
-        raise InvalidInput(f"review state: {state!r} is not one of {', '.join(STATES)}")
+    if state not in REVIEW_STATES:
+        raise InvalidInput(f"review state: {state!r} is not one of {', '.join(REVIEW_STATES)}")
 
     def work(db: sqlite3.Connection) -> None:
         pair, newest = pair_row(db, pair_id), newest_row(db, pair_id)

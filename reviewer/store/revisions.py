@@ -10,8 +10,9 @@ from typing import Any
 
 from reviewer.errors import Conflict, InvalidInput, Locked
 from reviewer.masks import Rle
-from reviewer.records import FINISHED, MaskRevision, RevisionSource
+from reviewer.records import MaskRevision
 from reviewer.store.database import Store, mask_columns, require, utc_now
+from reviewer.words import FINISHED, RevisionSource
 
 SELECT = """
 SELECT m.*, a.name AS annotator FROM {table} m

@@ -1,4 +1,4 @@
-"""Runs: one passage of the pipeline each, with every setting; listed, compared, deleted."""
+"""Runs: executions of the pipeline with all their settings; listed, compared, deleted."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def open_run(
 
 
 def complete_settings(store: Store, run_id: int, settings: Mapping[str, Any]) -> None:
-    """Write down what a run's record leaves open; the caller knows that nothing else differs."""
+    """Complete a run's record with missing settings; the caller knows that nothing else differs."""
     text = json.dumps(settings, sort_keys=True)
     store.write(lambda db: db.execute("UPDATE runs SET settings = ? WHERE id = ?", [text, run_id]))
 
@@ -134,7 +134,7 @@ def run_or_newest(store: Store, name: str | None) -> Run:
 
 @dataclass(frozen=True, slots=True)
 class StageSummary:
-    """A stage of a run: pairs done and failed, mean seconds a pair over those it made itself."""
+    """A stage of a run: pairs done and failed, mean seconds per pair that it computed itself."""
 
     stage: str
     done: int

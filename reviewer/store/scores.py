@@ -9,15 +9,16 @@ from dataclasses import dataclass
 
 from reviewer.masks import Rle
 from reviewer.metrics import Counts
-from reviewer.records import Method, Score, Standing
+from reviewer.records import Score
 from reviewer.store.database import Store
 from reviewer.store.revisions import rle_of_row
 from reviewer.store.skips import NOT_SKIPPED
+from reviewer.words import Method, Standing
 
 
 @dataclass(frozen=True, slots=True)
 class StaleScore:
-    """A prediction whose counts are missing or speak of an older revision."""
+    """A prediction whose counts are missing or belong to an older revision."""
 
     run_id: int
     pair_id: int

@@ -11,14 +11,10 @@ import json
 import sqlite3
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
-from reviewer.records import ReviewState
 from reviewer.store.database import Store, utc_now
 
 BADLY_ALIGNED = "badly aligned"
-PairState = Literal[ReviewState, "skipped"]
-"""The state of a pair as lists show it: that of a person's review, unless it is skipped."""
 
 NOT_SKIPPED = "pair_id NOT IN (SELECT pair_id FROM skips)"
 

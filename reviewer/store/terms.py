@@ -1,4 +1,4 @@
-"""Terms of pairs and outcomes of regions: which are out of date, and where they are kept."""
+"""Terms of pairs and outcomes of regions: which are out of date, and how they are stored."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from reviewer.store.skips import NOT_SKIPPED
 
 @dataclass(frozen=True, slots=True)
 class StaleTerms:
-    """A pair whose terms are missing, or speak of another revision or another integration."""
+    """A pair whose terms are missing, or belong to another revision or another integration."""
 
     pair_id: int
     revision: int

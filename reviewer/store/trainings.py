@@ -1,4 +1,4 @@
-"""Which checkpoint was trained on what: one row a training, brought up to date as it goes."""
+"""Which checkpoint was trained on what: one row per training, updated as it runs."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class StoredTraining:
 
 
 def save_training(store: Store, training: StoredTraining) -> None:
-    """Write a training, in place of what was known of it."""
+    """Write a training, replacing its earlier row."""
     values = [
         training.name,
         training.net,

@@ -1,4 +1,4 @@
-"""Which mask of a pair counts as its ground truth, by what it stands, and who said so.
+"""Which mask of a pair counts as its ground truth, with which standing, and who said so.
 
 An approval speaks of the revision that was looked at, and of no later one. So the truth of a pair
 is the newest revision somebody approved; else the newest that was submitted or confirmed empty;
@@ -11,15 +11,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from reviewer.errors import InvalidInput
-from reviewer.records import STANDINGS, MaskRevision, ReviewState, Standing
+from reviewer.records import MaskRevision
 from reviewer.store.database import Store
 from reviewer.store.revisions import SELECT, revision_of_row
 from reviewer.store.skips import NOT_SKIPPED
+from reviewer.words import STANDINGS, ReviewState, Standing
 
 
 @dataclass(frozen=True, slots=True)
 class Statement:
-    """What a person said of a pair: which revision, in which state, when (UTC, ISO 8601)."""
+    """A person's statement about a pair: which revision, in which state, when (UTC, ISO 8601)."""
 
     annotator: str
     state: ReviewState

@@ -1,15 +1,12 @@
-"""The audit's way through the regions of a run: which ones wait, and in what order of doubt."""
+"""The audit's queue: which regions of a run wait for a verdict, and in which order."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from reviewer.store.database import Store
 from reviewer.store.skips import NOT_SKIPPED
-
-WalkOrder = Literal["threshold", "loss", "disagreement"]
-Opinion = Literal["first", "second"]
+from reviewer.words import Opinion, WalkOrder
 
 # Per region: pixels that are wrong after its decision, and after the other one.
 WRONG = """
@@ -69,6 +66,12 @@ def list_doubtful(
         if opinion == "first"
         else f"{judged.format('<>')} AND NOT {judged.format('=')}"
     )
+    # Three decisions make this query what it is. `opinions` holds each person's newest verdict that
+    # stands, so a verdict that was taken back leaves its region waiting again. Outcomes are joined
+    # by the revision that counts now (in WRONG): after a new revision, old counts give NULL, which
+    # `loss` sorts last, never a stale number. An imported mask has no annotator, so only masks that
+    # a person drew oppose a decision in "disagreement". The id at the end makes the order total:
+    # without it, equal regions could change places from one request to the next.
     rows = store.read().execute(
         f"""
         WITH waiting AS (

@@ -1,4 +1,4 @@
-"""A bank of objects for people without COCO: the demo's kinds of objects, rendered one by one.
+"""A bank of objects for users without COCO: the demo's kinds of objects, rendered one by one.
 
 Written as a COCO instances folder, so it is read as COCO is. An object lies on a plain floor under
 a lamp and is seen from where the robot would see it, filling the picture; each is a new draw of its

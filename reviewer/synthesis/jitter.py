@@ -1,4 +1,4 @@
-"""How two pictures of one place differ though nothing changed: geometry, light, camera."""
+"""How two pictures of one place differ although nothing changed: geometry, light, camera."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def displacement(height: int, width: int, settings: SynthesisSettings, rng: Rng)
 
 
 def moved(picture: Picture, flow: Flow | None) -> Picture:
-    """Return the picture as the flow has it."""
+    """Return the picture warped by the flow."""
     if flow is None:
         return picture
     out = cv2.remap(picture, flow, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101)
@@ -46,7 +46,7 @@ def moved(picture: Picture, flow: Flow | None) -> Picture:
 
 
 def moved_mask(mask: Mask, flow: Flow | None) -> Mask:
-    """Return the mask as the flow has it: nearest pixel, never a mixture."""
+    """Return the mask warped by the flow: nearest pixel, never a mixture."""
     if flow is None:
         return mask
     out = cv2.remap(mask.view(np.uint8), flow, None, cv2.INTER_NEAREST)
@@ -91,7 +91,7 @@ def _stretched(knots: Flow, height: int, width: int) -> Flow:
 def photograph(
     picture: Picture, settings: SynthesisSettings, rng: Rng, *, blurred: bool
 ) -> npt.NDArray[np.uint8]:
-    """Return the picture as a camera gives it: blur on one of the two, noise, 8 bits."""
+    """Return the picture as a camera takes it: blur on one of the two, noise, 8 bits."""
     if blurred and settings.blur_px > 0:
         sigma = settings.blur_px * float(rng.random())
         if sigma > 0.2:

@@ -1,4 +1,4 @@
-"""Make one synthetic pair of a reference image: the same for the same seed and number."""
+"""Make one synthetic pair from a reference image: the same for the same seed and number."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def make_pair(
     rng: Rng,
     rows: tuple[int, int] | None = None,
 ) -> SyntheticPair:
-    """Paste objects on two copies of a reference image and tell the copies apart.
+    """Paste objects on two copies of a reference image, and make the copies differ otherwise, too.
 
     Objects that both have come first, so that a change is never hidden beneath one. What only the
     reference has is a change too; its mask is where a person would draw it in the live frame.

@@ -1,4 +1,4 @@
-"""What a synthetic pair looks like, as one record that is kept with whatever is trained on it."""
+"""What a synthetic pair looks like, as one record that is stored with each training."""
 
 from __future__ import annotations
 

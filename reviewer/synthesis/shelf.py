@@ -1,4 +1,4 @@
-"""Reference images by number, read when they are wanted and kept as long as there is room."""
+"""Reference images by number, read on demand and cached while there is room."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ class Shelf(Sequence[npt.NDArray[np.uint8]]):
         return self._kept[number]
 
     def __getstate__(self) -> dict[str, object]:
-        """Travel to a worker process without the images."""
+        """Pickle for a worker process without the images."""
         return {"_paths": self._paths, "_size": self._size, "_room": self._size, "_kept": {}}
 
     def clear(self) -> None:
-        """Let go of the images; they are read again when they are wanted."""
+        """Drop the cached images; they are read again on demand."""
         self._kept, self._room = {}, self._size

@@ -151,7 +151,7 @@ class LabelledData:
     share: float = 0.0
 
     def parts(self) -> dict[str, dict[str, Any]]:
-        """Return what a training on this keeps to, as plain JSON values."""
+        """Return what identifies this training data, as plain JSON values."""
         hashes = [[files.sha256 for files in part] for part in (self.training, self.validation)]
         digest = hashlib.sha256(json.dumps(hashes).encode()).hexdigest()
         counts = {"training": len(self.training), "validation": len(self.validation)}

@@ -1,4 +1,4 @@
-"""The log of a training: one line an iteration, scores where there was a validation."""
+"""The log of a training: one line per iteration, with scores where there was a validation."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Log:
     """Rows of `log.csv`; written on `flush`, together with a checkpoint."""
 
     def __init__(self, path: Path, iteration: int) -> None:
-        """Take up a log; what a killed training did after its last checkpoint is done again."""
+        """Continue a log; iterations after the last checkpoint are repeated, so their rows go."""
         self.path = path
         self.rows = [r for r in read_log(path) if int(r["iteration"]) <= iteration]
 
     def add(self, step: Step) -> None:
-        """Note an iteration."""
+        """Add an iteration."""
         self.rows.append(
             {
                 "iteration": str(step.iteration),
@@ -45,13 +45,13 @@ class Log:
         )
 
     def validated(self, iteration: int, precision: float, recall: float, f_score: float) -> None:
-        """Put the scores of a validation into the line of its iteration."""
+        """Add the scores of a validation to the line of its iteration."""
         assert int(self.rows[-1]["iteration"]) == iteration
         scores = {"precision": precision, "recall": recall, "f_score": f_score}
         self.rows[-1] |= {name: f"{value:.5f}" for name, value in scores.items()}
 
     def flush(self) -> None:
-        """Write all lines, whole or not at all."""
+        """Write all lines, completely or not at all."""
         lines = [",".join(COLUMNS), *(",".join(row[c] for c in COLUMNS) for row in self.rows)]
         with whole_file(self.path) as file:
             file.write(("\n".join(lines) + "\n").encode())

@@ -25,7 +25,7 @@ from reviewer.training.stream import CHANGED, IGNORED, NumberedPairs, batches
 
 
 class TrainingFailed(ReviewerError):
-    """A training cannot go on; its last checkpoint is as it was."""
+    """A training cannot continue; its last checkpoint is unchanged."""
 
     status = 422
 
@@ -56,7 +56,7 @@ class Fit:
         )
 
     def state(self) -> dict[str, Any]:
-        """Return all that is needed to go on."""
+        """Return the state needed to resume."""
         return {
             "iteration": self.iteration,
             "net": self.net.state_dict(),
@@ -64,7 +64,7 @@ class Fit:
         }
 
     def go_on_from(self, state: dict[str, Any]) -> None:
-        """Take up a state that `state` returned."""
+        """Resume from a state that `state` returned."""
         self.net.load_state_dict(state["net"])
         self.optimiser.load_state_dict(state["optimiser"])
         self.iteration = int(state["iteration"])

@@ -1,4 +1,4 @@
-"""Named recipes of a training: the program's own, and the paper's word for word.
+"""Named recipes of a training: the program's own, and the paper's to the letter.
 
 The program's recipe takes the paper's figures and adds what makes small trainings on a processor
 work: several objects a pair, differences of light and place, a limit on the gradient. The paper's
@@ -11,13 +11,12 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from reviewer.errors import InvalidInput
 from reviewer.synthesis.settings import SynthesisSettings
 from reviewer.training.settings import FAMILY, TrainingSettings
-
-RecipeName = Literal["default", "paper"]
+from reviewer.words import RecipeName
 
 PLAIN = SynthesisSettings(
     changes=(1, 1),
@@ -92,7 +91,7 @@ def make_recipe(
 
 
 def check_paper(backbone: Path | None, coco: Path | None) -> None:
-    """Demand what the paper's recipe cannot do without.
+    """Require what the paper's recipe needs.
 
     Raises:
         InvalidInput: naming the option that is missing.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any
 
 from reviewer.errors import InvalidInput
 from reviewer.records import Image
@@ -17,11 +17,10 @@ from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs, list_splits
 from reviewer.synthesis.bank import Bank
 from reviewer.synthesis.settings import SynthesisSettings
+from reviewer.words import TrainedOn
 
-TrainOn = Literal["same_split", "same_workspace", "others"]
 
-
-def select_references(store: Store, splits: Sequence[str], train_on: TrainOn) -> list[Image]:
+def select_references(store: Store, splits: Sequence[str], train_on: TrainedOn) -> list[Image]:
     """Return the reference images to train on, each once, in the order of splits and names.
 
     Args:
@@ -42,7 +41,7 @@ def select_references(store: Store, splits: Sequence[str], train_on: TrainOn) ->
     return list(images.values())
 
 
-def _splits(store: Store, splits: Sequence[str], train_on: TrainOn) -> list[str]:
+def _splits(store: Store, splits: Sequence[str], train_on: TrainedOn) -> list[str]:
     known = list_splits(store)
     list_pairs(store, splits)  # names that do not exist are told here
     wanted = list(splits) or [split.name for split in known]

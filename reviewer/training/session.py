@@ -1,4 +1,4 @@
-"""A training in its folder: checkpoints, the state to go on from, the log and its curve.
+"""A training in its folder: checkpoints, the state to resume from, the log and its curve.
 
     best.pt    weights with the best F on the validation; what a run should use
     last.pt    the newest weights
@@ -61,7 +61,7 @@ class TrainingData(Protocol):
     def kind(self) -> str: ...
 
     def parts(self) -> dict[str, dict[str, Any]]:
-        """Return what a training on this keeps to, as plain JSON values; one part is "data"."""
+        """Return what identifies this training data, as plain JSON values; one part is "data"."""
 
     def streams(self, settings: TrainingSettings) -> tuple[NumberedPairs, NumberedPairs]:
         """Return pairs to train on and to validate on."""
@@ -89,7 +89,7 @@ def train(
     on_step: Callable[[Step], None] = lambda step: None,
     on_validation: Callable[[Validated], None] = lambda validated: None,
 ) -> Validated:
-    """Train to the end, from where the folder's training stands.
+    """Train to the end, resuming the folder's training.
 
     Args:
         backbone: ResNet-18 weights that the encoders start from.
@@ -230,7 +230,7 @@ def _precision_hint(known: dict[str, Any], wanted: dict[str, Any]) -> str:
 
 
 def _complete(known: dict[str, Any], wanted: Mapping[str, Any]) -> None:
-    """Write out what the record of an earlier version leaves open."""
+    """Complete the record of an earlier version."""
     defaults = {k: v for k, v in TrainingSettings(known["net"]).record().items() if k not in known}
     known |= defaults
     recorded = settings_of_record(known["net"], known["net_settings"])

@@ -7,9 +7,8 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from reviewer.errors import InvalidInput
-from reviewer.models.device import Precision
 from reviewer.models.nets.build import full_settings
-from reviewer.models.nets.pictures import Preprocessing
+from reviewer.words import Precision, Preprocessing
 
 PAPER: dict[str, dict[str, Any]] = {
     "cscdnet": {"iterations": 40000, "batch": 32, "lr": 1e-4, "betas": (0.5, 0.999)},
@@ -87,7 +86,7 @@ class TrainingSettings:
 
     @property
     def threshold(self) -> float:
-        """Where an unweighted loss would have said 0.5: a weight of w raises p / (1 - p) w-fold."""
+        """The counterpart of 0.5 without weights: a weight of w raises p / (1 - p) w-fold."""
         unchanged, changed = self.class_weights
         return changed / (unchanged + changed)
 

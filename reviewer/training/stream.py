@@ -92,7 +92,7 @@ class SyntheticData:
     kind: str = "synthetic"
 
     def parts(self) -> dict[str, dict[str, Any]]:
-        """Return what a training on this keeps to, as plain JSON values."""
+        """Return what identifies this training data, as plain JSON values."""
         return {"synthesis": self.synthesis.record(), "data": dict(self.record)}
 
     def streams(self, settings: TrainingSettings) -> tuple[NumberedPairs, NumberedPairs]:

@@ -106,7 +106,7 @@
  * @typedef {{type: "open", pair: number | null, run: string | null}} Open
  */
 /**
- * Everything the workbench needs to open a pair, but pixels.
+ * Everything the workbench needs to open a pair, except pixels.
  * @typedef {{id: number, split: string, name: string, height: number, width: number, reference: string,
  *   live: string, viewpoint_distance: number | null, revision: number,
  *   state: "todo" | "in_progress" | "submitted" | "approved" | "confirmed_empty" | "skipped",

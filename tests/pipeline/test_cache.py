@@ -17,9 +17,10 @@ from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.layers import load_labels, load_objects
 from reviewer.store.pairs import pair_ids
 from reviewer.store.regions import load_regions
-from reviewer.store.results import STAGES, edit_label, stage_keys
+from reviewer.store.results import edit_label, stage_keys
 from reviewer.store.reviews import annotator_id
 from reviewer.store.runs import delete_run, list_runs, run_summary
+from reviewer.words import STAGES
 
 
 class Counting:

@@ -16,7 +16,7 @@ from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.pipeline.work import Known, PairTask
 from reviewer.store.pairs import pair_ids
-from reviewer.store.results import STAGES
+from reviewer.words import STAGES
 
 TABLES = ("alignments", "detections", "labels", "objects", "regions", "predictions", "results")
 

@@ -1,1 +1,1 @@
-"""Masks as other annotation tools keep them, one file a tool: COCO, labelme, CVAT, Label Studio."""
+"""Masks from other annotation tools, one module per tool: COCO, labelme, CVAT, Label Studio."""

@@ -1,4 +1,4 @@
-"""labelme: a JSON file an image; masks, polygons, rectangles and circles.
+"""labelme: one JSON file per image; masks, polygons, rectangles and circles.
 
 Polygons are filled as labelme fills them (Pillow, the border belongs to it).
 """

@@ -1,4 +1,4 @@
-"""What a tool's file says of one image, and how its shapes become pixels.
+"""The shapes of one image in a tool's file, and how they become pixels.
 
 Readers only note the shapes: they are painted when the image has found its pair and has its size,
 one image at a time, so a file that claims a huge image costs nothing.
@@ -129,7 +129,7 @@ class Canvas:
         self.paint(coco.decode(runs)[..., 0].astype(np.bool_))
 
     def check_near(self, what: str, numbers: Iterable[float]) -> None:
-        """Refuse what lies nowhere: NaN, infinity, and further off than any image is large.
+        """Refuse coordinates that are NaN, infinite, or farther out than any image is large.
 
         Raises:
             InvalidInput: for such a number.

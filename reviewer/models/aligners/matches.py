@@ -1,4 +1,4 @@
-"""Alignment from learnt matches: EfficientLoFTR, a robust homography, and what it leaves over.
+"""Alignment from learnt matches: EfficientLoFTR, a robust homography, and the residual flow.
 
 Matches that follow the homography within a few pixels (parallax included) give a smooth residual
 flow around them; what no match supports follows the plane. Loads a local directory or a hub id.

@@ -14,7 +14,7 @@ from argparse import Namespace
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
@@ -23,13 +23,14 @@ from reviewer.errors import InvalidInput
 from reviewer.models.device import best_device, check_weights
 from reviewer.models.interfaces import Alignment, Image
 from reviewer.models.warping import inside
+from reviewer.words import PdcNetwork
 
 INSTEAD = "docs/pdcnet.md says how to install it; --aligner dis needs no weights"
 
 
 @dataclass
 class PdcNetAligner:
-    """Dense flow with a confidence: valid is where PDC-Net believes itself.
+    """Dense flow with a confidence: valid where PDC-Net is confident.
 
     Attributes:
         repository: folder of DenseMatching; its weights lie in `pre_trained_models/`.
@@ -42,7 +43,7 @@ class PdcNetAligner:
     """
 
     repository: str = "DenseMatching"
-    network: Literal["PDCNet", "PDCNet_plus"] = "PDCNet"
+    network: PdcNetwork = "PDCNet"
     trained_on: str = "megadepth"
     least_confidence: float = 0.5
     radius_px: float = 1.0
@@ -80,7 +81,7 @@ class PdcNetAligner:
         self._net.to(self._device).eval()
 
     def align(self, reference: Image, live: Image) -> Alignment:
-        """Estimate the flow both ways, and believe it where the net does."""
+        """Estimate the flow both ways; it is valid where the net is confident."""
         flow, confidence = self._estimate(source=reference, target=live)
         backward, _ = self._estimate(source=live, target=reference)
         sure = confidence > self.least_confidence
@@ -100,7 +101,7 @@ class PdcNetAligner:
         return np.ascontiguousarray(pixels), chance
 
     def _arguments(self) -> Namespace:
-        """Return what DenseMatching's command line would hand on."""
+        """Return the arguments that DenseMatching's command line would pass."""
         return Namespace(
             network_type="PDCNet",
             confidence_map_R=self.radius_px,

@@ -1,1 +1,1 @@
-"""Labellers: what to call that which has changed, so that a segmenter can search for it."""
+"""Labellers: they name what has changed, so that a segmenter can search for it."""

@@ -25,7 +25,6 @@ from transformers import AutoTokenizer, LlavaForConditionalGeneration
 from reviewer.errors import InvalidInput
 from reviewer.masks import Crop, Mask, components, crop_to_box
 from reviewer.models.device import (
-    Precision,
     best_device,
     check_recorded,
     choose_precision,
@@ -37,6 +36,7 @@ from reviewer.models.interfaces import Field, Image, ModelFailed, Said
 from reviewer.models.labellers.alpha import AlphaBranch, alpha_of_mask
 from reviewer.models.labellers.phrases import PROMPT, STOP_LIST, parse_label
 from reviewer.models.presets import preset_of_name
+from reviewer.words import Precision
 
 INSTEAD = "use --labeller vocabulary:FILE.json, which needs no weights"
 # CLIP's, in whose colours LLaVA's vision tower sees.
@@ -48,7 +48,7 @@ LEAST_MARGIN_PX = 16
 
 @dataclass
 class LlavaLabeller:
-    """Asks LLaVA about the change, cut out with some of what surrounds it.
+    """Asks LLaVA about the change, cropped with some of its surroundings.
 
     Attributes:
         checkpoint: directory or hub id.
@@ -98,7 +98,7 @@ class LlavaLabeller:
         self._net.to(self._device).eval()
 
     def _prepare(self) -> None:
-        """What is done to the net before its weights are noted."""
+        """Modifies the net before its weights are fingerprinted."""
 
     def name(self, live: Image, change: Mask, split: str) -> tuple[Said, ...]:
         """Return the answers about M_o; nothing for an empty mask."""

@@ -23,7 +23,7 @@ class NoLabeller:
 
 @dataclass(frozen=True)
 class VocabularyLabeller:
-    """Says the same names of every pair of a split: for people who know what lay about.
+    """Gives the same names for every pair of a split: for people who know which objects there are.
 
     Attributes:
         words: names by split ("cs1"), object group ("1"), workspace ("cs") or "*" for all; the

@@ -1,4 +1,4 @@
-"""Start the encoders from a ResNet-18 that has seen ImageNet: torchvision's or timm's file.
+"""Start the encoders from a ResNet-18 trained on ImageNet: torchvision's or timm's file.
 
 Both name their layers alike; the classifier is left out. The file is given, never downloaded.
 """

@@ -11,7 +11,8 @@ from torch import nn
 from reviewer.errors import InvalidInput
 from reviewer.models.nets.attention_mask import AttentionMask
 from reviewer.models.nets.cscdnet import CscdNet
-from reviewer.models.nets.tanet import DYNAMIC, Relu, TaNet
+from reviewer.models.nets.tanet import DYNAMIC, TaNet
+from reviewer.words import RELUS, Relu
 
 
 def _cscdnet(width: float) -> nn.Module:
@@ -41,7 +42,7 @@ def _dr_tanet(width: float, refinement: bool = True, relu: Relu = "block") -> nn
 
 
 def _relu(name: Relu) -> Relu:
-    if name not in ("block", "stage"):
+    if name not in RELUS:
         raise InvalidInput(f"net relu {name!r}: there are block, stage")
     return name
 
@@ -63,7 +64,7 @@ def full_settings(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def untold_settings(name: str) -> dict[str, Any]:
-    """Return the defaults of those settings that neither keys nor shapes of a file tell."""
+    """Return the defaults of those settings that cannot be read from a file's keys and shapes."""
     return {k: v for k, v in full_settings(name, {}).items() if k in ("refinement", "relu")}
 
 

@@ -13,7 +13,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -27,10 +27,9 @@ from reviewer.models.nets.build import (
     untold_settings,
 )
 from reviewer.models.nets.cscdnet import WINDOW
-from reviewer.models.nets.pictures import PREPROCESSINGS, Preprocessing
 from reviewer.models.nets.tanet import DYNAMIC
+from reviewer.words import BATCH_NORM_MODES, PREPROCESSINGS, BatchNormMode, Preprocessing
 
-BatchNormMode = Literal["eval", "batch"]
 State = dict[str, Tensor]
 
 FORMAT = "reviewer-checkpoint"
@@ -38,7 +37,7 @@ FORMAT = "reviewer-checkpoint"
 
 @dataclass(frozen=True, slots=True)
 class NetRecord:
-    """What is known of a net's weights.
+    """The record of a net's weights.
 
     Attributes:
         net, width, settings: see `build_net`; of TANet and DR-TANet `refinement` and `relu` too,
@@ -70,7 +69,7 @@ class NetRecord:
         if self.preprocessing not in PREPROCESSINGS:
             known = ", ".join(PREPROCESSINGS)
             raise InvalidInput(f"preprocessing {self.preprocessing!r}: there are {known}")
-        if self.bn_mode not in ("eval", "batch"):
+        if self.bn_mode not in BATCH_NORM_MODES:
             raise InvalidInput(f"bn_mode {self.bn_mode!r}: there are eval, batch")
         if not 0 <= self.threshold < 1:
             raise InvalidInput(f"threshold: must lie in [0, 1), but is {self.threshold}")
@@ -80,7 +79,7 @@ class NetRecord:
             raise InvalidInput(f"changed_class: must be 0 or 1, but is {self.changed_class}")
 
     def arithmetic(self) -> dict[str, Any]:
-        """Return what decides, beside the weights, which probabilities a pair gets.
+        """Return what determines the probabilities of a pair besides the weights.
 
         Only what differs from a net's defaults as early versions had them: the keys of their
         results stay what they are.
@@ -97,7 +96,7 @@ class NetRecord:
 
 
 def save_checkpoint(path: Path, net: nn.Module, record: NetRecord) -> None:
-    """Write weights and record in place of an earlier file, whole or not at all.
+    """Replace a file by weights and record, completely or not at all.
 
     Raises:
         OSError: when it cannot be written (disk full); the earlier file stays.

@@ -23,7 +23,7 @@ WINDOW = 21 * 21
 
 
 class CscdNet(nn.Module):
-    """Two pictures to two logits a pixel; the second logit speaks for change."""
+    """Two pictures to two logits per pixel; the second logit stands for change."""
 
     multiple = 64
     keeps_to_its_size = True

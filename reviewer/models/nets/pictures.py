@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 import numpy.typing as npt
 import torch
 from torch import Tensor
 from torch.nn import functional
 
-Preprocessing = Literal["bgr_128", "imagenet"]
-PREPROCESSINGS: tuple[Preprocessing, ...] = ("bgr_128", "imagenet")
+from reviewer.words import Preprocessing
 
 _MEAN = (0.485, 0.456, 0.406)
 _DEVIATION = (0.229, 0.224, 0.225)

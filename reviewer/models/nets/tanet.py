@@ -13,7 +13,6 @@ attention sees lies behind the ReLU.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
 
 import torch
 from torch import Tensor, nn
@@ -21,14 +20,13 @@ from torch.nn import functional
 
 from reviewer.models.nets.channels import scaled
 from reviewer.models.nets.temporal_attention import TemporalAttention
+from reviewer.words import Relu
 
 DYNAMIC = (7, 5, 3, 1)
-Relu = Literal["block", "stage"]
-"""After which sums of the encoders a ReLU stands; see `TaNet`."""
 
 
 class TaNet(nn.Module):
-    """Two pictures to two logits a pixel; the second logit speaks for change."""
+    """Two pictures to two logits per pixel; the second logit stands for change."""
 
     multiple = 32
     keeps_to_its_size = False

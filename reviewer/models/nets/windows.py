@@ -16,7 +16,7 @@ from torch.nn import functional
 
 
 def through_windows(look: Callable[[Tensor], Tensor], pictures: Tensor, side: int) -> Tensor:
-    """Return what `look` says of pictures (N, C, H, W), averaged over windows: (N, H, W).
+    """Return the output of `look` for pictures (N, C, H, W), averaged over windows: (N, H, W).
 
     Args:
         look: values (M, side, side) of windows (M, C, side, side).

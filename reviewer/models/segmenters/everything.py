@@ -16,11 +16,12 @@ import numpy.typing as npt
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask, crop_to_box
 from reviewer.models.click_sam import DEFAULT_SAM, sam_of_text
-from reviewer.models.device import Precision, check_recorded
+from reviewer.models.device import check_recorded
 from reviewer.models.embeddings import EmbeddingCache, cache_folder
 from reviewer.models.interfaces import Embedding, Image, Instance, Objects, PairView
 from reviewer.models.segmenters.grounded import INSTEAD
-from reviewer.models.segmenters.sides import ReferenceFrame, check_frame, find_on_both
+from reviewer.models.segmenters.sides import check_frame, find_on_both
+from reviewer.words import Precision, ReferenceFrame
 
 Boxes = npt.NDArray[np.float32]
 POINTS_AT_ONCE = 32

@@ -47,7 +47,7 @@ class OversegmentSegmenter:
     present: float = 0.6
 
     def segment(self, view: PairView) -> Objects:
-        """Return one live instance a joined component, and the reference's instances there."""
+        """Return one live instance per joined component, and the reference's instances there."""
         warped, live, change, valid = view.warped, view.live, view.change, view.valid
         found_live, found_past = [], []
         _, groups = components(dilate(change, size_px=self.join_px))
@@ -96,7 +96,7 @@ class OversegmentSegmenter:
         return np.asarray(closed, np.uint8).view(np.bool_)
 
     def _cut(self, image: Image, guess: Mask, rough: Mask) -> Mask:
-        """Return the guess with its border where colours part; beyond reach is background.
+        """Return the guess with its border moved to the colour edge; beyond reach is background.
 
         A cut that fits the change less than half as well has lost the object: the guess stands.
         """
@@ -141,7 +141,7 @@ def _contrast(image: Image, thing: Mask) -> Field:
 
 
 def _likeness(present: Image, past: Image, thing: Mask) -> float:
-    """Say how much of a thing's contrast the reference shows there: 1 = all, 0 = none."""
+    """Return how much of an object's contrast the reference shows there: 1 = all, 0 = none."""
     now, then = _contrast(present, thing), _contrast(past, thing)
     strength = float(now @ now)
     return float(now @ then) / strength if strength > 1.0 else 0.0

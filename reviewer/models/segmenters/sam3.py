@@ -19,7 +19,8 @@ from reviewer.models.device import best_device, check_weights
 from reviewer.models.hub import load_beside, load_pretrained
 from reviewer.models.interfaces import Image, Instance, Objects, PairView
 from reviewer.models.segmenters.grounded import INSTEAD
-from reviewer.models.segmenters.sides import ReferenceFrame, check_frame, find_on_both
+from reviewer.models.segmenters.sides import check_frame, find_on_both
+from reviewer.words import ReferenceFrame
 
 LONGEST_TEXT = 32
 

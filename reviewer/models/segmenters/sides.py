@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
 
 from reviewer.errors import InvalidInput
 from reviewer.models.interfaces import Image, Instance, Objects, PairView
 from reviewer.models.warping import warp_mask
+from reviewer.words import REFERENCE_FRAMES, ReferenceFrame
 
-ReferenceFrame = Literal["warped", "raw"]
 Find = Callable[[Image], list[Instance]]
 
 
 def check_frame(frame: str) -> None:
     """Raises InvalidInput unless the frame is "warped" or "raw"."""
-    if frame not in ("warped", "raw"):
+    if frame not in REFERENCE_FRAMES:
         raise InvalidInput(f"segmenter setting reference: must be warped or raw, not {frame!r}")
 
 

@@ -7,20 +7,18 @@ than a few, and yields each outcome as soon as it is there. Only the caller writ
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any, Literal, Protocol
+from typing import Any, Protocol
 
 from reviewer.pipeline.members import build_members
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.pipeline.work import PairOutcome, PairTask, PairWorker
-
-EngineName = Literal["local", "ray"]
 
 
 class Engine(Protocol):
     """Does tasks, in any order."""
 
     def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairOutcome]:
-        """Yield one outcome a task.
+        """Yield one outcome per task.
 
         Raises:
             InvalidInput: when the run's models cannot be built where the work is done.
@@ -29,10 +27,10 @@ class Engine(Protocol):
 
 
 class LateWorker:
-    """Does tasks where it lives; models are built with the first one, where errors can be told."""
+    """Does tasks in its own process; the first one builds the models, so errors are told."""
 
     def __init__(self, settings: dict[str, Any]) -> None:
-        """Take a run's settings as a record, which any process can be sent."""
+        """Take a run's settings as a record, which can be sent to any process."""
         self._settings = settings
         self._worker: PairWorker | None = None
 
@@ -45,7 +43,7 @@ class LateWorker:
 
 
 def lost(task: PairTask, what: str) -> PairOutcome:
-    """Return the outcome of a task that takes its worker down with it."""
+    """Return the outcome of a task that killed its worker."""
     stage = task.todo[0][0]
     reason = f"the {what} died over this pair, twice: out of memory, or a crash in a library"
     return PairOutcome(task.pair, failure=(stage, reason))

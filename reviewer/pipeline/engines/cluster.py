@@ -64,7 +64,7 @@ class RayEngine:
             raise InvalidInput(f"--address {address}: no Ray cluster answers, {error}") from error
 
     def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairOutcome]:
-        """Yield one outcome a task."""
+        """Yield one outcome per task."""
         source = iter(tasks)
         idle = [self._start() for _ in range(self._workers)]
         busy: dict[Any, tuple[Any, PairTask, int]] = {}

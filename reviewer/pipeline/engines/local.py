@@ -39,7 +39,7 @@ class InProcess:
         self._threads = threads
 
     def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairOutcome]:
-        """Yield one outcome a task."""
+        """Yield one outcome per task."""
         if self._threads == 1:
             yield from map(self._worker.do, tasks)
             return
@@ -61,7 +61,7 @@ class Processes:
         self._workers = workers
 
     def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairOutcome]:
-        """Yield one outcome a task."""
+        """Yield one outcome per task."""
         source = iter(tasks)
         suspects: list[PairTask] = []
         more = True
@@ -143,7 +143,7 @@ def _begin(settings: dict[str, Any], threads: int) -> None:
 
 
 def _end_with_parent() -> None:
-    """Leave when the parent is gone: a killed run must not leave workers behind."""
+    """Exit when the parent is gone: a killed run must not leave workers behind."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

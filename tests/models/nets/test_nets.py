@@ -8,7 +8,8 @@ from reviewer.errors import InvalidInput
 from reviewer.models.nets.attention_mask import AttentionMask, descriptor_energy, texture_energy
 from reviewer.models.nets.build import NETS
 from reviewer.models.nets.temporal_attention import TemporalAttention
-from reviewer.models.registry import NET_NAMES, build_detector
+from reviewer.models.registry import build_detector
+from reviewer.words import NET_NAMES
 
 
 def shapes(name, width=1.0, **settings):
