@@ -103,6 +103,7 @@ SCRIPT_FLOORS = {
         "desk_link",
         "layers",
         "looking",
+        "marks",
         "maskview",
         "overlays",
         "panes",
