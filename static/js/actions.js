@@ -1,14 +1,13 @@
 /**
  * What keys and buttons do: one function for each action of the key table.
- * @typedef {{state: import("./state.js").State, desk: import("./desk.js").PairDesk,
- *   side: import("./side.js").Side, modes: import("./modes.js").Modes, pressAt: (right: boolean) => void,
- *   settings: () => void, redraw: () => void, fitAll: () => void, fitProposal: () => void,
- *   takePrediction: () => Promise<unknown>, theme: () => void, help: () => void,
- *   notice: (text: string, bad?: boolean) => void}} Parts
+ * @typedef {{state: import("./state.js").State, session: import("./pair_session.js").PairSession,
+ *   side: import("./side.js").Side, modes: import("./modes.js").Modes,
+ *   looking: import("./looking.js").Looking}} Parts
  */
 import { dropSpecks, fillHoles, grow, keepComponent, shrink, smooth } from "./cleanup.js";
-import { $ } from "./chrome.js";
+import { $, attempt, notice } from "./chrome.js";
 import { MODES } from "./modes.js";
+import { takePrediction } from "./taking.js";
 
 const LEAST_SPECK_PX = 20;
 
@@ -23,36 +22,26 @@ export const CLEANUPS = {
 };
 
 /** @param {Parts} parts @returns {Record<string, (down: boolean) => unknown>} */
-export function actionsOf(parts) {
-  const { state, desk, side, modes } = parts;
+export function actionsOf({ state, session, side, modes, looking }) {
+  const { hand } = session;
 
   /** @param {"radius" | "opacity" | "brightness" | "contrast"} name @param {number} value
    * @param {number} least @param {number} most */
   const set = (name, value, least, most) => {
-    state[name] = Math.round(Math.min(most, Math.max(least, value)) * 100) / 100;
-    parts.settings();
+    state.change({ [name]: Math.round(Math.min(most, Math.max(least, value)) * 100) / 100 });
   };
   const setRadius = (/** @type {number} */ radius) => set("radius", Math.round(radius * 2) / 2, 1, 60);
   const setLight = (/** @type {"brightness" | "contrast"} */ name, /** @type {number} */ by) =>
     set(name, state[name] + by, 0.4, 2.5);
 
   /** @param {string} name */
-  const chooseTool = (name) => {
-    // A candidate that is shown counts as wanted; an outline that is not closed does not.
-    if (desk.pointing.chosen) desk.finish();
-    desk.cancel();
-    state.tool = name;
-    parts.settings();
-  };
-
-  /** @param {string} name */
   const cleanUp = (name) => {
-    if (!desk.editable || desk.active) return;
-    if (name === "keep-component" && !state.cursor) return parts.notice("Point at the part to keep.");
+    if (!session.editable || hand.busy) return;
+    if (name === "keep-component" && !state.cursor) return notice("Point at the part to keep.");
     const inside = state.cursor && state.pair && state.cursor.x >= 0 && state.cursor.y >= 0
       && state.cursor.x < state.pair.width && state.cursor.y < state.pair.height;
-    if (name === "keep-component" && !inside) return parts.notice("Point at the part to keep.");
-    desk.replace(state.target, CLEANUPS[name](desk.mask, state.cursor ?? { x: 0, y: 0 }), { tool: name });
+    if (name === "keep-component" && !inside) return notice("Point at the part to keep.");
+    session.document.replace(state.target, CLEANUPS[name](session.document.mask, state.cursor ?? { x: 0, y: 0 }), { tool: name });
   };
 
   /** @param {number} dx @param {number} dy screen steps */
@@ -62,73 +51,79 @@ export function actionsOf(parts) {
     const step = Math.max(1, 8 / state.view.scale);
     const at = state.cursor ?? { x: state.view.x, y: state.view.y };
     const inside = (/** @type {number} */ v, /** @type {number} */ n) => Math.min(Math.max(v, 0.5), n - 0.5);
-    state.cursor = { x: inside(at.x + dx * step, pair.width), y: inside(at.y + dy * step, pair.height) };
-    if (desk.active) desk.move(state.cursor);
-    parts.redraw();
+    const there = { x: inside(at.x + dx * step, pair.width), y: inside(at.y + dy * step, pair.height) };
+    state.point(there);
+    if (hand.busy) hand.move(there);
+  };
+
+  /** Use the tool where the cursor is, from the keyboard. @param {boolean} other take away */
+  const press = (other) => {
+    if (!state.cursor) return notice("Move the cursor first: Shift and the arrow keys.");
+    hand.begin(state.cursor, { shift: false, alt: other, right: false }, "live");
+    attempt(hand.release());
+  };
+
+  /** Show another side. */
+  const turn = async () => {
+    state.change({ side: state.side === "history" ? "proposals" : "history" });
+    await side.load();
+    if (state.side === "history") $("history-list").querySelector("li")?.focus();
   };
 
   const walk = (/** @type {number} */ by) => {
-    if (desk.pointing.found.length) return desk.pointing.cycle(by);
-    return side.walk(by);
+    return hand.tool.cycle?.(by) || side.walk(by);
   };
 
   return {
-    ...Object.fromEntries([...Object.keys(desk.tools), "click"].map((tool) => [tool, () => chooseTool(tool)])),
+    ...Object.fromEntries(Object.keys(hand.tools).map((tool) => [tool, () => hand.take(tool)])),
     ...Object.fromEntries(Object.keys(CLEANUPS).map((name) => [name, () => cleanUp(name)])),
-    ...Object.fromEntries(["add", "subtract", "replace", "ill-posed"].map((way) => [way, () => desk.apply(way)])),
-    "reject-proposal": () => desk.apply("reject"),
+    ...Object.fromEntries(["add", "subtract", "replace", "ill-posed"].map((way) => [way, () => session.apply(way)])),
+    "reject-proposal": () => session.apply("reject"),
     target: () => {
-      desk.finish();
-      state.target = state.target === "mask" ? "ignore" : "mask";
-      parts.settings();
+      hand.complete();
+      state.change({ target: state.target === "mask" ? "ignore" : "mask" });
     },
     smaller: () => setRadius(state.radius / 1.2 - 0.25),
     larger: () => setRadius(state.radius * 1.2 + 0.25),
     undo: () => modes.takeBack(),
-    redo: () => desk.step("redo"),
-    cancel: () => desk.cancel(),
-    take: () => parts.takePrediction(),
+    redo: () => session.step("redo"),
+    cancel: () => hand.cancel(),
+    take: () => takePrediction(session),
     "cursor-left": () => moveCursor(-1, 0),
     "cursor-right": () => moveCursor(1, 0),
     "cursor-up": () => moveCursor(0, -1),
     "cursor-down": () => moveCursor(0, 1),
-    press: () => parts.pressAt(false),
-    "press-other": () => parts.pressAt(true),
-    hide: (down) => { state.hidden = down; parts.redraw(); },
-    blink: (down) => { state.blinking = down; parts.redraw(); },
-    swipe: (down) => { state.swiping = down; parts.redraw(); },
-    outline: () => { state.outline = !state.outline; parts.settings(); },
-    fit: () => { parts.fitAll(); parts.redraw(); },
-    goto: () => parts.fitProposal(),
+    press: () => press(false),
+    "press-other": () => press(true),
+    hide: (down) => state.hold({ hidden: down }),
+    blink: (down) => state.hold({ blinking: down }),
+    swipe: (down) => state.hold({ swiping: down }),
+    outline: () => state.change({ outline: !state.outline }),
+    fit: () => looking.fitAll(),
+    goto: () => looking.goToProposal(),
     fainter: () => set("opacity", state.opacity - 0.1, 0, 1),
     stronger: () => set("opacity", state.opacity + 0.1, 0, 1),
     darker: () => setLight("brightness", -0.1),
     brighter: () => setLight("brightness", 0.1),
     flatter: () => setLight("contrast", -0.1),
     crisper: () => setLight("contrast", 0.1),
-    plain: () => { state.brightness = state.contrast = 1; parts.settings(); },
+    plain: () => state.change({ brightness: 1, contrast: 1 }),
     "next-proposal": () => walk(1),
     "previous-proposal": () => walk(-1),
-    source: () => { side.nextSource(); parts.settings(); return side.load(); },
+    source: () => side.nextSource(),
     ...Object.fromEntries(["agree", "adopt", "keep", "reject"].map((verdict) => [verdict, () => modes.judge(verdict)])),
     ...Object.fromEntries([1, 2, 3, 4, 5].map((n) => [`reason-${n}`, () => side.reasons.pick(n - 1)])),
     submit: () => modes.submit(),
     approve: () => modes.approve(),
     empty: () => modes.confirmEmpty(),
     skip: () => modes.skip(),
-    reopen: () => state.pair?.state === "skipped" ? modes.takeUp(state.pair.id) : desk.setState("in_progress"),
+    reopen: () => state.pair?.state === "skipped" ? modes.takeUp(state.pair.id) : session.setState("in_progress"),
     next: () => modes.step(1),
     previous: () => modes.step(-1),
-    side: () => {
-      state.side = state.side === "history" ? "proposals" : "history";
-      parts.settings();
-      return side.load().then(() => {
-        if (state.side === "history") $("history-list").querySelector("li")?.focus();
-      });
-    },
+    side: turn,
     mode: () => modes.change(MODES[(MODES.indexOf(state.mode) + 1) % MODES.length]),
     controls: () => /** @type {HTMLElement} */ (document.querySelector(".bar button")).focus(),
-    theme: () => parts.theme(),
-    help: () => parts.help(),
+    theme: () => state.change({ dark: !state.dark }),
+    help: () => ($("help").open ? $("help").close() : $("help").showModal()),
   };
 }

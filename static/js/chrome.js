@@ -121,3 +121,12 @@ export function notice(text, bad = false, offer) {
   clearTimeout(noticeTimer);
   noticeTimer = window.setTimeout(hide, bad || offer ? 8000 : 3500);
 }
+
+/** Do an action; what goes wrong is told. @param {unknown} work */
+export async function attempt(work) {
+  try {
+    await work;
+  } catch (error) {
+    notice(error instanceof Error ? error.message : String(error), true);
+  }
+}

@@ -7,6 +7,8 @@
  *   mask: "fill" | "rim" | "alone" | "ignore"}} Layer
  */
 
+import { api } from "./api.js";
+
 /** @type {Record<string, Layer>} */
 export const LAYERS = {
   reference: { title: "Reference", base: "reference", mask: "rim" },
@@ -106,3 +108,7 @@ export class Pictures {
     this.arrived();
   }
 }
+
+/** Return the address of a layer of the open pair. @param {import("./state.js").State} state
+ * @param {string} layer */
+export const addressOf = (state, layer) => (state.pair ? api.layerUrl(state.pair, layer, !state.second) : "");

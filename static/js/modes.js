@@ -1,24 +1,22 @@
 /**
  * How a person works through the pairs: correct, blind first, audit. What "submit" and "next" mean
  * in each.
- * @typedef {{open: (id: number, run: string | null) => Promise<void>, settings: () => void,
- *   notice: (text: string, bad?: boolean, offer?: {title: string, act: () => unknown}) => void,
- *   attempt: (work: unknown) => void, shown: (action: string) => string,
- *   reveal: () => void, redraw: () => void, next: (by: 1 | -1) => boolean}} Parts
+ * @typedef {{open: (id: number, run: string | null) => Promise<void>,
+ *   shown: (action: string) => string, next: (by: 1 | -1) => boolean}} Parts
  *   next: ask for the pair after or before, false when the server cannot be reached
  */
 import { api } from "./api.js";
 import { AuditWalk } from "./audit_walk.js";
-import { $, waiting } from "./chrome.js";
+import { $, attempt, notice, waiting } from "./chrome.js";
 
 export const MODES = ["correct", "blind", "audit"];
 
 export class Modes {
-  /** @param {import("./state.js").State} state @param {import("./desk.js").PairDesk} desk
+  /** @param {import("./state.js").State} state @param {import("./pair_session.js").PairSession} session
    * @param {import("./side.js").Side} side @param {Parts} parts */
-  constructor(state, desk, side, parts) {
+  constructor(state, session, side, parts) {
     this.state = state;
-    this.desk = desk;
+    this.session = session;
     this.side = side;
     this.parts = parts;
     this.walk = new AuditWalk();
@@ -32,26 +30,24 @@ export class Modes {
 
   /** @param {string} mode */
   async change(mode) {
-    const { state, parts, walk } = this;
-    state.mode = /** @type {any} */ (mode);
-    parts.settings();
+    const { state, walk } = this;
+    state.change({ mode: /** @type {import("./state.js").State["mode"]} */ (mode) });
     $("walk").textContent = "";
     if (mode === "audit") {
-      state.source = "region";
+      state.change({ source: "region" });
       waiting("looking for regions…");
       await walk.begin(state.run, state.walkOrder, state.walkOpinion).finally(() => waiting(""));
-      parts.settings();
-      if (!walk.stops.length) parts.notice(state.walkOpinion === "first"
+      if (!walk.stops.length) notice(state.walkOpinion === "first"
         ? "Every region of this run has a verdict." : "No region waits for a second opinion of yours.");
       else await this.step(1);
     }
-    parts.redraw();
+    state.tell("pair", false);
   }
 
   /** Enter: finish what is in the air; else submit, and go on. */
   async submit() {
-    const { desk } = this;
-    if (desk.pointing.open || desk.active) return desk.finish();
+    const { hand } = this.session;
+    if (hand.offering || hand.busy) return hand.complete();
     return this.close("submitted");
   }
 
@@ -63,7 +59,7 @@ export class Modes {
   /** Approve, what is submitted already too, and go on. */
   approve() {
     // A skipped pair is taken up again first; asking whether it may be changed tells so.
-    if (this.state.pair?.state === "skipped" && !this.desk.editable) return undefined;
+    if (this.state.pair?.state === "skipped" && !this.session.editable) return undefined;
     return this.settle("approved");
   }
 
@@ -77,73 +73,75 @@ export class Modes {
 
   /** Set a state and go on; in blind mode the disagreements come first. @param {string} next */
   async settle(next) {
-    const { state, desk, side, parts } = this;
+    const { state, session, side, parts } = this;
     const { blind } = state;
-    if (!await desk.setState(next)) return;
+    if (!await session.setState(next)) return;
     if (!blind) return this.step(1);
-    parts.reveal();
+    state.reveal();
     await side.load();
-    parts.redraw();
+    state.tell("pair", false);
     const count = state.proposals.length;
     if (!count) return this.step(1);
-    parts.notice(`${count} disagreement${count > 1 ? "s" : ""} with the prediction. `
+    notice(`${count} disagreement${count > 1 ? "s" : ""} with the prediction. `
       + `Look; reopen (${parts.shown("reopen").toUpperCase()}) to change the mask.`);
   }
 
   /** The pair cannot be compared: skip it, and go on; the notice offers the way back. */
   async skip() {
-    const { desk, state, walk, parts } = this;
+    const { session, state, walk } = this;
     const { pair } = state;
-    if (!pair || !desk.editable) return;
-    desk.finish();
-    await desk.verdicts.settled();
+    if (!pair || !session.editable) return;
+    session.hand.complete();
+    await session.verdicts.settled();
     const fresh = await api.skip(pair.id, pair.run, true);
-    desk.accept(fresh);
-    desk.on.changed();
+    state.accept(fresh);
+    state.tell("stored");
     walk.leave(pair.id);
     await this.step(1);
     const count = fresh.regions.length;
     const rejected = count ? `: ${count} region${count > 1 ? "s" : ""} rejected` : "";
-    parts.notice(`${pair.split}/${pair.name} is skipped as badly aligned${rejected}.`, false,
-      { title: "Undo", act: () => parts.attempt(this.takeUp(pair.id)) });
+    notice(`${pair.split}/${pair.name} is skipped as badly aligned${rejected}.`, false,
+      { title: "Undo", act: () => attempt(this.takeUp(pair.id)) });
   }
 
   /** Take a skipped pair up again. @param {number} id */
   async takeUp(id) {
-    const { desk, state, parts } = this;
+    const { state, parts } = this;
     const fresh = await api.skip(id, state.run, false);
-    if (state.pair?.id === id) desk.accept(fresh);
+    if (state.pair?.id === id) state.accept(fresh);
     else await parts.open(id, state.run);
-    desk.on.changed();
+    state.tell("stored");
   }
 
   /** @param {1 | -1} by */
   async step(by) {
     if (this.state.mode === "audit") return (this.moving = this.walkOn(by));
-    if (!this.parts.next(by)) this.parts.notice("The server cannot be reached just now.", true);
+    if (!this.parts.next(by)) notice("The server cannot be reached just now.", true);
   }
 
   /** Give a verdict on the selected region; the audit walks on. @param {string} verdict */
   async judge(verdict) {
-    const { desk, state } = this;
+    const { session, side, state } = this;
     await this.arrived();
     const { region } = state;
-    if (!await desk.verdicts.give(verdict) || !region || state.mode !== "audit") return;
+    if (!await side.judge(verdict) || !region || state.mode !== "audit") return;
     await this.step(1);
-    this.left = { region: region.id, history: desk.history, length: desk.history.done.length };
+    const { history } = session.document;
+    this.left = { region: region.id, history, length: history.done.length };
   }
 
   /** Undo what was done last: in the audit that may be a verdict on a pair that the walk has left. */
   async takeBack() {
-    const { desk, state, walk } = this;
+    const { session, state, walk } = this;
     await this.arrived();
     const { left } = this;
     const walked = state.mode === "audit";
-    const untouched = left?.history === desk.history && left.length === desk.history.done.length;
+    const { history } = session.document;
+    const untouched = left?.history === history && left.length === history.done.length;
     const back = walked && left && untouched ? walk.find(left.region) : null;
     this.left = null;
     if (back) await this.show(back);
-    const entry = await desk.step("undo");
+    const entry = await session.step("undo");
     const again = walked && entry && "audit" in entry ? walk.find(entry.region) : null;
     if (again) await this.show(again);
   }
@@ -152,7 +150,7 @@ export class Modes {
   async walkOn(by) {
     const stop = this.walk.step(by);
     if (stop) return this.show(stop);
-    this.parts.notice(by > 0 ? "This was the last region in doubt." : "This is the first region of the walk.");
+    notice(by > 0 ? "This was the last region in doubt." : "This is the first region of the walk.");
   }
 
   /** Show a region of the walk. @param {import("./audit_walk.js").Stop} stop */

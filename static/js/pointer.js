@@ -101,8 +101,9 @@ export function listen(root, state, on) {
         on.move(inImage(sample, /** @type {HTMLElement} */ (dragged)));
       }
     }
-    state.cursor = inImage(event, drag && dragged ? dragged : canvas);
-    if (!drag) on.hover(state.cursor, on.pane(canvas));
+    const at = inImage(event, drag && dragged ? dragged : canvas);
+    state.point(at);
+    if (!drag) on.hover(at, on.pane(canvas));
     on.changed();
   });
 
@@ -118,7 +119,7 @@ export function listen(root, state, on) {
   root.addEventListener("pointercancel", stop);
   root.addEventListener("lostpointercapture", stop);
   root.addEventListener("pointerleave", () => {
-    state.cursor = null;
+    state.point(null);
     on.leave();
     on.changed();
   });

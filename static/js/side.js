@@ -1,10 +1,10 @@
 /**
  * The side panel: proposals that are walked and applied, and the history of the pair. Loads what it
- * shows; what is chosen goes to the desk.
+ * shows; what is chosen goes to the session.
  * @typedef {import("./state.js").State} State
  */
 import { api } from "./api.js";
-import { $, waiting } from "./chrome.js";
+import { $, attempt, notice, waiting } from "./chrome.js";
 import { drawHistory } from "./panels/history_list.js";
 import { drawLabels } from "./panels/label_list.js";
 import { drawProposals, drawScores } from "./panels/proposal_list.js";
@@ -15,25 +15,32 @@ import { decode } from "./rle.js";
 const OTHER_RUN = "run:";
 
 export class Side {
-  /** @param {State} state @param {import("./desk.js").PairDesk} desk
+  /** @param {State} state @param {import("./pair_session.js").PairSession} session
    * @param {Record<"candidate" | "proposal", import("./maskview.js").MaskView>} masks
-   * @param {{selected: (go: boolean) => void, attempt: (work: unknown) => void,
-   *   notice: (text: string, bad?: boolean) => void, shown: (action: string) => string,
-   *   redraw: () => void}} on */
-  constructor(state, desk, masks, on) {
+   * @param {import("./looking.js").Looking} looking
+   * @param {(action: string) => string} shown the key of an action */
+  constructor(state, session, masks, looking, shown) {
     this.state = state;
-    this.desk = desk;
+    this.session = session;
     this.masks = masks;
-    this.on = on;
-    this.reasons = new Reasons(state, on);
+    this.looking = looking;
+    this.shown = shown;
+    this.reasons = new Reasons(state, shown);
     /** What the list holds: of which pair, run, source and version. */
     this.loaded = "";
     /** @type {Promise<void>} the reading of that */
     this.loading = Promise.resolve();
     /** @type {import("./panels/history_list.js").Revision[]} */
     this.revisions = [];
-    /** @type {number | null} the revision that is looked at */
-    this.looked = null;
+    state.subscribe("pair", (fresh) => {
+      if (fresh) this.reset();
+      attempt(this.load());
+    });
+    state.subscribe("judged", () => attempt(this.load(true)));
+    state.subscribe("selection", () => {
+      this.show();
+      this.draw();
+    });
   }
 
   /** Offer the sources: those of the run, and the predictions of the other runs.
@@ -43,15 +50,16 @@ export class Side {
     options.push(...runs.map(({ name }) => new Option(`Prediction of ${name}`, OTHER_RUN + name)));
     $("source").replaceChildren(...options);
     const known = options.some((option) => option.value === this.state.source);
-    if (!known && runs.length) this.state.source = "region";
+    if (!known && runs.length) this.state.change({ source: "region" });
     $("source").value = this.state.source;
   }
 
   /** Show the next source. */
-  nextSource() {
+  async nextSource() {
     const { options } = /** @type {HTMLSelectElement} */ ($("source"));
     const place = [...options].findIndex((option) => option.value === this.state.source);
-    this.state.source = options[(place + 1) % options.length].value;
+    this.state.change({ source: options[(place + 1) % options.length].value });
+    await this.load();
   }
 
   /** Read what the panel shows, where it is not what it shows already. @param {boolean} [again] */
@@ -75,8 +83,7 @@ export class Side {
     const { state } = this;
     const found = state.blind || !pair.run ? [] : await this.fetch(pair, source);
     if (this.loaded !== wanted || state.pair?.id !== pair.id) return;
-    state.proposals = found;
-    if (!state.proposal) state.selected = null;
+    state.propose(found);
     this.show();
   }
 
@@ -87,14 +94,14 @@ export class Side {
   }
 
   draw() {
-    const { state, on } = this;
+    const { session, state } = this;
     const { pair } = state;
     if (!pair) return;
     drawProposals($("proposal-list"), state.proposals, state.regions, state.selected, {
       select: (key) => this.select(key, true),
-      verdict: (key, verdict) => { this.select(key, false); on.attempt(this.desk.verdicts.give(verdict)); },
-      apply: (key, way) => { this.select(key, false); on.attempt(this.desk.apply(way)); },
-      shown: on.shown,
+      verdict: (key, verdict) => { this.select(key, false); attempt(this.judge(verdict)); },
+      apply: (key, way) => { this.select(key, false); attempt(session.apply(way)); },
+      shown: this.shown,
     });
     this.reasons.draw();
     $("proposal-count").textContent = String(state.proposals.length);
@@ -107,7 +114,7 @@ export class Side {
     $("proposal-note").hidden = !note;
     $("labels").hidden = state.blind || !(pair.reads_labels || pair.labels.length);
     $("label-use").textContent = pair.reads_labels ? "searched for on both images" : "of what changed";
-    drawLabels($("label-list"), pair.labels, (number, label) => this.on.attempt(this.relabel(number, label)));
+    drawLabels($("label-list"), pair.labels, (number, label) => attempt(this.relabel(number, label)));
     $("scores").hidden = state.blind;
     const { audited: _, ...decided } = pair.scores;
     drawScores($("scores"), state.second ? decided : pair.scores);
@@ -119,10 +126,10 @@ export class Side {
     if (!pair) return;
     waiting(pair.reads_labels ? `searching ${label || "nothing"}…` : "saving…");
     try {
-      this.desk.accept(await api.label(pair.id, pair.run, number, label));
-      this.desk.on.changed();
+      this.state.accept(await api.label(pair.id, pair.run, number, label));
+      this.state.tell("stored");
     } catch (error) {
-      await this.desk.refresh();
+      await this.session.refresh();
       throw error;
     } finally {
       waiting("");
@@ -131,10 +138,13 @@ export class Side {
 
   /** @param {string | null} key @param {boolean} go show its place */
   select(key, go) {
-    this.state.selected = key;
-    this.show();
-    this.draw();
-    this.on.selected(go);
+    this.state.select(key);
+    if (go) this.looking.goToProposal();
+  }
+
+  /** @param {string} verdict on the selected region @returns {Promise<boolean>} whether it was given */
+  judge(verdict) {
+    return this.session.verdicts.give(verdict, this.reasons);
   }
 
   /** Paint the selected proposal's rim. */
@@ -165,46 +175,45 @@ export class Side {
   }
 
   drawHistory() {
-    drawHistory($("history-list"), this.revisions, this.looked, {
-      show: (number) => this.on.attempt(this.look(number)),
-      restore: (number) => this.on.attempt(this.restore(number)),
+    drawHistory($("history-list"), this.revisions, this.state.looked, {
+      show: (number) => attempt(this.look(number)),
+      restore: (number) => attempt(this.restore(number)),
     });
   }
 
   /** Look at a revision: its rim over the mask of today; null for none. @param {number | null} number */
   async look(number) {
     const { pair } = this.state;
-    this.looked = number;
+    this.state.lookBack(number);
     this.masks.candidate.clear();
     this.drawHistory();
     if (pair && number !== null) {
       const reply = await api.revision(pair.id, number);
-      if (this.looked !== number || this.state.pair?.id !== pair.id) return;
+      if (this.state.looked !== number || this.state.pair?.id !== pair.id) return;
       this.masks.candidate.show(decode(reply.mask.counts, pair.width, pair.height));
+      this.state.tell("look");
     }
-    this.on.redraw();
   }
 
   /** Make a revision the newest one, as an action that can be undone. @param {number} number */
   async restore(number) {
     const { pair } = this.state;
-    if (!pair || !this.desk.editable) return;
+    if (!pair || !this.session.editable) return;
     const reply = await api.revision(pair.id, number);
     if (this.state.pair?.id !== pair.id) return;
     const action = { tool: "restore", revision: number };
     const size = pair.width * pair.height;
     const ignored = reply.ignore ? decode(reply.ignore, pair.width, pair.height).data : new Uint8Array(size);
     const changed = [
-      this.desk.replace("ignore", ignored, action),
-      this.desk.replace("mask", decode(reply.mask.counts, pair.width, pair.height).data, action),
+      this.session.document.replace("ignore", ignored, action),
+      this.session.document.replace("mask", decode(reply.mask.counts, pair.width, pair.height).data, action),
     ];
-    if (!changed.some(Boolean)) this.on.notice(`Revision ${number} is what you see already.`);
+    if (!changed.some(Boolean)) notice(`Revision ${number} is what you see already.`);
     await this.look(null);
   }
 
   /** Another pair is open. */
   reset() {
-    this.looked = null;
     this.masks.candidate.clear();
     this.masks.proposal.clear();
     $("proposal-list").replaceChildren();

@@ -1,7 +1,6 @@
 /**
- * The workbench's state, and what of it outlives a reload of the page, after which everything a
- * person set must come back: settings from localStorage, place and zoom from
- * sessionStorage.
+ * The workbench's state. It changes through the methods here alone, and each tells those who
+ * subscribed. What of it outlives a reload is kept by `memory.js`.
  * @typedef {import("./geometry.js").View} ViewState
  * @typedef {{x: number, y: number}} Point
  * @typedef {import("./wire.js").RegionInfo} Region
@@ -9,7 +8,17 @@
  * @typedef {import("./wire.js").PairDetail} Pair
  * @typedef {{points: {x: number, y: number, positive: boolean}[], box: number[] | null,
  *   count: number, index: number, score: number}} Candidate what a click tool shows
+ * @typedef {import("./history.js").Layer} Layer
+ * @typedef {import("./raster.js").Box} Box
+ * @typedef {typeof DEFAULTS} Settings
+ * @typedef {{settings: [], pair: [fresh: boolean], selection: [], look: [], cursor: [],
+ *   candidate: [shown: import("./raster.js").Mask | null, asking: boolean], sketch: [], mask: [layer: Layer, box: Box | null], area: [], saved: [], revealed: [],
+ *   judged: [], stored: []}} Told
+ *   pair: fresh for another one than before; look: view, or what is held; mask: a layer was drawn
+ *   in a box, null for everywhere; judged: what was made of a proposal was taken back or done again;
+ *   stored: queue and map have something new to read
  */
+import { News } from "./news.js";
 
 const DEFAULTS = {
   tool: "brush",
@@ -30,12 +39,14 @@ const DEFAULTS = {
   layers: ["warped", "live", "detector", "objects_live", "doi", "prediction"],
   spare: /** @type {string[]} */ ([]),
 };
-const KEPT = /** @type {(keyof typeof DEFAULTS)[]} */ (Object.keys(DEFAULTS));
+export const SETTINGS = /** @type {(keyof typeof DEFAULTS)[]} */ (Object.keys(DEFAULTS));
 const FINISHED = ["submitted", "approved", "confirmed_empty", "skipped"];
 const MOST_REVEALED = 5000;
 
-export class State {
+/** @extends {News<Told>} */
+export class State extends News {
   constructor() {
+    super();
     this.tool = DEFAULTS.tool;
     /** Which layer the tools draw: the change mask, or the ill-posed pixels that are not scored. */
     this.target = DEFAULTS.target;
@@ -67,13 +78,16 @@ export class State {
     this.view = { scale: 1, x: 0, y: 0 };
     /** @type {string | null} */
     this.run = null;
-    /** Who is signed in. */
+    /** Who is signed in, and whose work is kept here: the person in this store. */
     this.annotator = "";
+    this.owner = "";
     this.revision = 0;
     /** @type {Proposal[]} */
     this.proposals = [];
     /** @type {string | null} key of the selected proposal */
     this.selected = null;
+    /** @type {number | null} the revision that is looked at */
+    this.looked = null;
     /** @type {Point | null} */
     this.cursor = null;
     /** Pixels of the mask and of the ignore layer, counted when they change. */
@@ -93,6 +107,135 @@ export class State {
     this.revealed = [];
   }
 
+  /** @param {Partial<Settings>} settings that the person changes */
+  change(settings) {
+    Object.assign(this, settings);
+    this.tell("settings");
+  }
+
+  /** @param {string} annotator @param {string} store */
+  signIn(annotator, store) {
+    this.annotator = annotator;
+    this.owner = `${store}.${annotator}`;
+  }
+
+  /** @param {number[]} revealed pairs whose blind phase is over */
+  recall(revealed) {
+    this.revealed = revealed;
+  }
+
+  /** The blind phase of the open pair is over. */
+  reveal() {
+    if (!this.pair || this.revealed.includes(this.pair.id)) return;
+    this.revealed = [...this.revealed, this.pair.id].slice(-MOST_REVEALED);
+    this.tell("revealed");
+  }
+
+  /** A pair was read; another one has nothing selected yet.
+   * @param {Pair} pair @param {number} revision that its mask is of */
+  open(pair, revision) {
+    const fresh = this.pair?.id !== pair.id;
+    this.pair = pair;
+    this.run = pair.run;
+    this.revision = revision;
+    if (fresh) {
+      this.proposals = [];
+      this.selected = null;
+      this.looked = null;
+    }
+    this.tell("pair", fresh);
+  }
+
+  /** What else is known of the open pair was read again; of another one it is dropped.
+   * @param {Pair} pair */
+  accept(pair) {
+    if (this.pair?.id !== pair.id) return;
+    this.pair = pair;
+    this.tell("pair", false);
+  }
+
+  /** The state of a pair was set. @param {number} id
+   * @param {import("./wire.js").StateReply} reply */
+  stand(id, { state, truth }) {
+    if (this.pair?.id !== id) return;
+    Object.assign(this.pair, { state, truth });
+    this.tell("pair", false);
+  }
+
+  /** The mask of the open pair is stored. @param {number} revision */
+  store(revision) {
+    this.revision = revision;
+    if (this.pair?.state === "todo") this.pair.state = "in_progress";
+    this.tell("saved");
+  }
+
+  /** @param {Proposal} proposal @param {string} outcome what was made of it */
+  judge(proposal, outcome) {
+    proposal.outcome = outcome;
+    this.tell("pair", false);
+  }
+
+  /** @param {Proposal[]} proposals of the open pair */
+  propose(proposals) {
+    this.proposals = proposals;
+    if (!this.proposal) this.selected = null;
+  }
+
+  /** @param {string | null} key of a proposal */
+  select(key) {
+    this.selected = key;
+    this.tell("selection");
+  }
+
+  /** @param {number | null} number of the revision to look at, null for today's mask */
+  lookBack(number) {
+    this.looked = number;
+    this.tell("look");
+  }
+
+  /** A layer was drawn. @param {Layer} layer @param {Box | null} box where, null for everywhere */
+  draw(layer, box) {
+    this.tell("mask", layer, box);
+  }
+
+  /** @param {ViewState} view @param {boolean} fitted whether it shows the whole image */
+  look(view, fitted) {
+    this.view = view;
+    this.fitted = fitted;
+    this.tell("look");
+  }
+
+  /** @param {Partial<Record<"hidden" | "blinking" | "swiping", boolean>>} held down, or let go */
+  hold(held) {
+    Object.assign(this, held);
+    this.tell("look");
+  }
+
+  /** @param {Point | null} at where the cursor is in the image */
+  point(at) {
+    this.cursor = at;
+    this.tell("cursor");
+  }
+
+  /** @param {Point[]} points outline that a tool draws @param {boolean} drawing it is under way */
+  sketchOut(points, drawing) {
+    this.sketch = points;
+    this.drawing = drawing;
+    this.tell("sketch");
+  }
+
+  /** @param {import("./tools/hand.js").Suggestion} suggestion of a tool */
+  suggest({ candidate, mask, asking }) {
+    this.candidate = candidate;
+    this.tell("candidate", mask, asking);
+  }
+
+  /** @param {{mask: number, ignore: number}} area in pixels */
+  count(area) {
+    this.area = area;
+    this.tell("area");
+  }
+
   /** The layer that stands for the reference: as it was taken, where the warp is in doubt.
    * @returns {"warped" | "reference"} */
   get past() {
@@ -110,6 +253,7 @@ export class State {
     const back = layer === "reference" && this.layers[index] === "warped" && this.warpWanted === this.pair?.id;
     if (!back) this.layers[index] = layer;
     if (back || layer === "warped") this.warpWanted = back ? null : this.pair?.id ?? null;
+    this.tell("settings");
   }
 
   get locked() {
@@ -149,45 +293,5 @@ export class State {
   get region() {
     const id = this.proposal?.region_id;
     return this.regions.find((region) => region.id === id) ?? null;
-  }
-
-  /** The blind phase of the open pair is over. @param {Storage} storage @param {string} person */
-  reveal(storage, person) {
-    if (!this.pair || this.revealed.includes(this.pair.id)) return;
-    this.revealed = [...this.revealed, this.pair.id].slice(-MOST_REVEALED);
-    storage.setItem(`reviewer.revealed.${person}`, JSON.stringify(this.revealed));
-  }
-
-  /** @param {Storage} storage @param {string} person */
-  restore(storage, person) {
-    const text = storage.getItem(`reviewer.settings.${person}`);
-    if (text) Object.assign(this, JSON.parse(text));
-    this.revealed = JSON.parse(storage.getItem(`reviewer.revealed.${person}`) ?? "[]");
-  }
-
-  /** @param {Storage} storage @param {string} person */
-  remember(storage, person) {
-    const kept = Object.fromEntries(KEPT.map((key) => [key, this[key]]));
-    storage.setItem(`reviewer.settings.${person}`, JSON.stringify(kept));
-  }
-
-  /** Keep where the person is looking. @param {Storage} session @param {string} owner */
-  rememberPlace(session, owner) {
-    if (!this.pair) return;
-    session.setItem("reviewer.owner", owner);
-    const { run, view, selected, fitted } = this;
-    session.setItem("reviewer.place", JSON.stringify({ pair: this.pair.id, run, view, selected, fitted }));
-  }
-
-  /** Return where the person was looking last, null for nowhere. @param {Storage} session
-   * @returns {{pair: number, run: string | null, view: ViewState, selected: string | null, fitted: boolean} | null} */
-  lastPlace(session) {
-    return JSON.parse(session.getItem("reviewer.place") ?? "null");
-  }
-
-  /** Return the place when it is of this pair. @param {Storage} session @param {number} id */
-  place(session, id) {
-    const place = this.lastPlace(session);
-    return place?.pair === id ? place : null;
   }
 }

@@ -4,6 +4,7 @@
  * stands alone has nothing around it.
  * @typedef {import("./state.js").State} State
  */
+import { lastPlace } from "./memory.js";
 import { FOLDED } from "./shell/frame.js";
 
 const LAYOUT = "reviewer.layout";
@@ -23,7 +24,7 @@ export class Surroundings {
   /** Where the desk should go on, as the address of its socket says it.
    * @param {State} state @returns {Record<string, string>} */
   joining(state) {
-    const place = state.lastPlace(this.session);
+    const place = lastPlace(this.session);
     return texts({
       client: this.frame?.dataset.client,
       store: (this.session.getItem("reviewer.owner") ?? "").split(".")[0],

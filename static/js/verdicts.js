@@ -3,22 +3,28 @@
  * in its turn among the strokes, and moves there only once the server has it.
  * @typedef {{region: number, audit: number, action: {tool: string}}} Judged an entry of the history;
  *   audit: the verdict's key on the server
+ * @typedef {{of: (region: number) => {reason: string, comment: string}, given: (region: number) => void}} Why
+ *   of: what was picked for a region; given: it went along with the verdict
  */
 import { api, ApiError } from "./api.js";
 
 export class Verdicts {
-  /** @param {import("./desk.js").PairDesk} desk */
-  constructor(desk) {
-    this.desk = desk;
+  /** @param {import("./state.js").State} state @param {import("./document.js").PairDocument} document
+   * @param {(text: string, bad?: boolean) => void} notice */
+  constructor(state, document, notice) {
+    this.state = state;
+    this.document = document;
+    this.notice = notice;
     /** A verdict is being taken back or given again: nothing may come between. */
     this.stepping = false;
     /** @type {Promise<unknown>} what is on its way */
     this.pending = Promise.resolve();
   }
 
-  /** @param {string} verdict @returns {Promise<boolean>} whether it was given */
-  give(verdict) {
-    const work = this.send(verdict);
+  /** @param {string} verdict on the selected region @param {Why} why
+   * @returns {Promise<boolean>} whether it was given */
+  give(verdict, why) {
+    const work = this.send(verdict, why);
     this.pending = work;
     return work;
   }
@@ -28,22 +34,22 @@ export class Verdicts {
     return Promise.allSettled([this.pending]);
   }
 
-  /** @param {string} verdict */
-  async send(verdict) {
-    const { desk } = this;
-    const { region } = desk.state;
+  /** @param {string} verdict @param {Why} why */
+  async send(verdict, why) {
+    const { document, state } = this;
+    const { region } = state;
     if (!region || (verdict === "adopt" && !region.has_object)) {
-      desk.on.notice(region ? "This region has no object that could be adopted." : "Select a DoI region first: press Tab.");
+      this.notice(region ? "This region has no object that could be adopted." : "Select a DoI region first: press Tab.");
       return false;
     }
-    const fresh = await api.audit(region.id, verdict, desk.on.why(region.id));
-    desk.on.given(region.id);
-    if (fresh.id === desk.state.pair?.id) {
+    const fresh = await api.audit(region.id, verdict, why.of(region.id));
+    why.given(region.id);
+    if (fresh.id === state.pair?.id) {
       const entry = { region: region.id, audit: fresh.audit, action: { tool: verdict } };
-      desk.history.push(entry);
-      desk.remember(entry);
+      document.history.push(entry);
+      document.remember(entry);
     }
-    if (fresh.run === desk.state.run) desk.accept(fresh);
+    if (fresh.run === state.run) state.accept(fresh);
     return true;
   }
 
@@ -56,19 +62,19 @@ export class Verdicts {
 
   /** @param {"undo" | "redo"} way @param {Judged} entry */
   async move(way, entry) {
-    const { desk } = this;
+    const { document, state } = this;
     this.stepping = true;
     try {
       const fresh = await api.standing(entry.audit, way === "redo");
-      if (fresh.run === desk.state.run) desk.accept(fresh);
+      if (fresh.run === state.run) state.accept(fresh);
     } catch (error) {
       // What is gone on the server must not stand in the way of the strokes before it.
       if (!(error instanceof ApiError && [404, 409].includes(error.status))) throw error;
-      desk.on.notice(error.message, true);
+      this.notice(error.message, true);
     } finally {
       this.stepping = false;
     }
-    desk.history[way](desk.masks);
-    desk.remember(null);
+    document.history[way](document.masks);
+    document.remember(null);
   }
 }

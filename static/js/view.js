@@ -7,6 +7,7 @@
  */
 import { toScreen } from "./geometry.js";
 import { doubtOf, LAYERS } from "./layers.js";
+import { drawMarks, strokeTwice } from "./marks.js";
 
 const BLINK_MS = 320;
 const CALM_MS = 140;
@@ -102,7 +103,7 @@ export class View {
       context.drawImage(this.still(item, layer, ground.canvas, place), 0, 0);
       context.setTransform(...place);
     }
-    this.drawMarks(context, scale);
+    drawMarks(context, state, scale);
     if (item.select.value !== name) item.select.value = name;
     const note = ground.note || doubt;
     if (item.note.textContent !== note) item.note.textContent = note;
@@ -220,83 +221,6 @@ export class View {
     context.beginPath();
     context.moveTo(x, 0);
     context.lineTo(x, pair.height);
-    this.strokeTwice(context, scale);
-  }
-
-  /** The selected proposal's box, clicks, outlines, and the brush where the cursor is, on every pane.
-   * @param {CanvasRenderingContext2D} context @param {number} scale */
-  drawMarks(context, scale) {
-    const { state } = this;
-    const box = state.blind ? null : state.proposal?.box_xyxy;
-    if (box && box[2] > box[0] && !state.hidden) {
-      context.lineWidth = 1.5 / scale;
-      context.strokeStyle = "#2bb3bf";
-      const margin = 3 / scale;
-      context.strokeRect(box[0] - margin, box[1] - margin,
-        box[2] - box[0] + 2 * margin, box[3] - box[1] + 2 * margin);
-    }
-    if (state.candidate) this.drawClicks(context, state.candidate, scale);
-    if (state.sketch.length > 1) {
-      context.beginPath();
-      for (const { x, y } of state.sketch) context.lineTo(x, y);
-      if (!["polygon", "magnetic"].includes(state.tool)) context.closePath();
-      this.strokeTwice(context, scale);
-      context.beginPath();
-      const [first] = state.sketch;
-      context.arc(first.x, first.y, 4 / scale, 0, 2 * Math.PI);
-      this.strokeTwice(context, scale);
-    }
-    if (!state.cursor) return;
-    if (!["brush", "eraser"].includes(state.tool)) return this.drawCross(context, state.cursor, scale);
-    context.beginPath();
-    context.arc(state.cursor.x, state.cursor.y, Math.max(state.radius, 0.5), 0, 2 * Math.PI);
-    this.strokeTwice(context, scale);
-  }
-
-  /** A plus for a positive click, a minus for a negative one, and the box.
-   * @param {CanvasRenderingContext2D} context @param {import("./state.js").Candidate} candidate
-   * @param {number} scale */
-  drawClicks(context, { points, box }, scale) {
-    if (box) {
-      context.beginPath();
-      context.rect(box[0], box[1], box[2] - box[0], box[3] - box[1]);
-      this.strokeTwice(context, scale);
-    }
-    const arm = 5 / scale;
-    for (const { x, y, positive } of points) {
-      context.beginPath();
-      context.arc(x, y, 1.7 * arm, 0, 2 * Math.PI);
-      context.fillStyle = positive ? "rgba(0, 90, 160, .75)" : "rgba(170, 60, 0, .8)";
-      context.fill();
-      context.beginPath();
-      context.moveTo(x - arm, y);
-      context.lineTo(x + arm, y);
-      if (positive) {
-        context.moveTo(x, y - arm);
-        context.lineTo(x, y + arm);
-      }
-      this.strokeTwice(context, scale);
-    }
-  }
-
-  /** The linked cursor: a small open cross.
-   * @param {CanvasRenderingContext2D} context @param {{x: number, y: number}} at @param {number} scale */
-  drawCross(context, { x, y }, scale) {
-    context.beginPath();
-    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
-      context.moveTo(x + (3 * dx) / scale, y + (3 * dy) / scale);
-      context.lineTo(x + (9 * dx) / scale, y + (9 * dy) / scale);
-    }
-    this.strokeTwice(context, scale);
-  }
-
-  /** Dark under light, so that a line shows on every picture.
-   * @param {CanvasRenderingContext2D} context @param {number} scale */
-  strokeTwice(context, scale) {
-    for (const [width, colour] of /** @type {const} */ ([[3, "rgba(0,0,0,.55)"], [1.3, "#fff"]])) {
-      context.lineWidth = width / scale;
-      context.strokeStyle = colour;
-      context.stroke();
-    }
+    strokeTwice(context, scale);
   }
 }

@@ -10,10 +10,10 @@ const NOTHING = Object.freeze({ reason: "", comment: "" });
 
 export class Reasons {
   /** @param {import("../state.js").State} state
-   * @param {{attempt: (work: unknown) => void, shown: (action: string) => string}} on */
-  constructor(state, on) {
+   * @param {(action: string) => string} shown the key of an action */
+  constructor(state, shown) {
     this.state = state;
-    this.on = on;
+    this.shown = shown;
     /** @type {string[]} */
     this.reasons = [];
     /** What is picked and written but not given yet. @type {Map<number, Why>} */
@@ -71,7 +71,7 @@ export class Reasons {
     $("reason-list").replaceChildren(...this.reasons.map((text, place) => {
       const item = document.createElement("li");
       const button = document.createElement("button");
-      const key = this.on.shown(`reason-${place + 1}`);
+      const key = this.shown(`reason-${place + 1}`);
       if (key) {
         const shown = document.createElement("kbd");
         shown.textContent = key;

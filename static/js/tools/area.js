@@ -3,8 +3,8 @@
  * mask does not change before that; `points` is the outline so far, which the view shows.
  * @typedef {import("../raster.js").Mask} Mask
  * @typedef {import("../raster.js").Box} Box
- * @typedef {{x: number, y: number}} Point
- * @typedef {{radius: number, subtract: boolean, line: boolean, scale: number}} Options
+ * @typedef {import("./hand.js").Point} Point
+ * @typedef {import("./hand.js").Options} Options
  */
 import { fillPolygon } from "../fill.js";
 
@@ -23,7 +23,7 @@ export class Area {
   }
 
   /** @param {Mask} _mask @param {Point} at @param {Options} options @returns {Box | null} */
-  begin(_mask, at, options) {
+  enter(_mask, at, options) {
     if (this.name !== "polygon" || !this.points.length) {
       this.points = [at];
       this.finished = false;
@@ -54,7 +54,7 @@ export class Area {
 
   /** Close the outline and fill it. @param {Mask} mask
    * @returns {{before: Mask, box: Box | null, samples: number} | null} */
-  end(mask) {
+  complete(mask) {
     const points = this.name === "polygon" ? this.points.slice(0, -1) : this.points;
     this.points = [];
     this.finished = false;

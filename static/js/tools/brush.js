@@ -23,9 +23,9 @@ export class Brush {
     this.multi = false;
   }
 
-  /** @param {Mask} mask @param {Point} at @param {import("./area.js").Options} options
+  /** @param {Mask} mask @param {Point} at @param {import("./hand.js").Options} options
    * @returns {Box | null} */
-  begin(mask, at, { radius, line }) {
+  enter(mask, at, { radius, line }) {
     const before = { width: mask.width, height: mask.height, data: mask.data.slice() };
     const from = line && this.ended ? this.ended : at;
     const box = paintSegment(mask, from, at, radius, this.value);
@@ -33,7 +33,7 @@ export class Brush {
     return box;
   }
 
-  /** @param {Mask} mask @param {Point} at @param {import("./area.js").Options} options
+  /** @param {Mask} mask @param {Point} at @param {import("./hand.js").Options} options
    * @returns {Box | null} */
   move(mask, at, { radius }) {
     if (!this.stroke) return null;
@@ -45,7 +45,7 @@ export class Brush {
   }
 
   /** End the stroke. @returns {{before: Mask, box: Box | null, samples: number} | null} */
-  end() {
+  complete() {
     const stroke = this.stroke;
     this.stroke = null;
     if (stroke) this.ended = stroke.last;
@@ -54,7 +54,7 @@ export class Brush {
 
   /** Take the stroke back. @param {Mask} mask @returns {Box | null} */
   cancel(mask) {
-    const stroke = this.end();
+    const stroke = this.complete();
     if (!stroke || !stroke.box) return null;
     pasteBox(mask, stroke.box, copyBox(stroke.before, stroke.box));
     return stroke.box;

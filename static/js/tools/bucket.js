@@ -18,8 +18,8 @@ export class Bucket {
     this.stroke = null;
   }
 
-  /** @param {Mask} mask @param {{x: number, y: number}} at @param {import("./area.js").Options} options */
-  begin(mask, at, options) {
+  /** @param {Mask} mask @param {{x: number, y: number}} at @param {import("./hand.js").Options} options */
+  enter(mask, at, options) {
     const pixels = this.pixels();
     if (!pixels) return null;
     const before = { width: mask.width, height: mask.height, data: mask.data.slice() };
@@ -32,7 +32,7 @@ export class Bucket {
     return null;
   }
 
-  end() {
+  complete() {
     const { stroke } = this;
     this.stroke = null;
     return stroke;
@@ -40,7 +40,7 @@ export class Bucket {
 
   /** @param {Mask} mask @returns {Box | null} */
   cancel(mask) {
-    const stroke = this.end();
+    const stroke = this.complete();
     if (stroke?.box) mask.data.set(stroke.before.data);
     return stroke?.box ?? null;
   }

@@ -2,7 +2,7 @@
  * Magnetic lasso: clicks set anchors, and the outline between them follows edges. The paths come
  * from the server (intelligent scissors); until one is there, or where none can be had, the line is
  * straight. Closed as a polygon is.
- * @typedef {import("./area.js").Point} Point
+ * @typedef {import("./hand.js").Point} Point
  * @typedef {import("../raster.js").Mask} Mask
  */
 import { fillPolygon } from "../fill.js";
@@ -17,6 +17,7 @@ export class Magnetic {
     this.path = path;
     this.changed = changed;
     this.request = 0;
+    this.done = false;
     this.reset();
   }
 
@@ -37,8 +38,8 @@ export class Magnetic {
     return [...this.fixed, ...this.loose];
   }
 
-  /** @param {Mask} _mask @param {Point} at @param {import("./area.js").Options} options */
-  begin(_mask, at, options) {
+  /** @param {Mask} _mask @param {Point} at @param {import("./hand.js").Options} options */
+  enter(_mask, at, options) {
     const [first] = this.fixed;
     if (!first) {
       this.reset();
@@ -83,7 +84,7 @@ export class Magnetic {
   }
 
   /** Close the outline and fill it. @param {Mask} mask */
-  end(mask) {
+  complete(mask) {
     const points = this.fixed;
     const { subtract } = this;
     this.reset();

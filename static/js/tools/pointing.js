@@ -1,6 +1,6 @@
 /**
  * The click tool: positive and negative clicks and a box on one object, candidates from the server,
- * of which one is shown until it is accepted or given up. Nothing of the mask changes before that.
+ * of which one is offered until it is taken or given up. Nothing of the mask changes before that.
  * A first click on a part of the mask corrects that part.
  * @typedef {import("../raster.js").Mask} Mask
  * @typedef {{x: number, y: number}} Point
@@ -17,10 +17,20 @@ const HOVER_MS = 90;
 const PATIENCE_MS = 300;
 
 export class Pointing {
-  /** @param {{ask: (body: object, signal: AbortSignal) => Promise<Reply>, changed: () => void,
-   *   notice: (text: string, bad?: boolean) => void, waiting: (text: string) => void}} on */
+  /** @param {{ask: (body: object, signal: AbortSignal) => Promise<Reply>,
+   *   locate: (at: Point) => Promise<Point>, changed: () => void,
+   *   notice: (text: string, bad?: boolean) => void, waiting: (text: string) => void}} on
+   *   locate: where a point of the reference as it was taken lies in the live image */
   constructor(on) {
     this.on = on;
+    this.name = "click";
+    this.multi = true;
+    this.floats = true;
+    this.done = false;
+    /** It draws no outline. @type {Point[]} */
+    this.points = [];
+    /** Counts what was begun, so that a place that comes too late is dropped. */
+    this.begun = 0;
     /** @type {AbortController | null} */
     this.request = null;
     this.index = 0;
@@ -32,8 +42,9 @@ export class Pointing {
   reset() {
     this.request?.abort();
     this.request = null;
+    this.begun++;
     /** @type {{x: number, y: number, positive: boolean}[]} */
-    this.points = [];
+    this.clicks = [];
     /** @type {number[] | null} x0, y0, x1, y1 */
     this.box = null;
     /** @type {Found[]} */
@@ -52,9 +63,9 @@ export class Pointing {
     clearTimeout(this.hovering);
   }
 
-  /** Whether there is something to accept or give up. */
+  /** Whether there is something to take or give up. */
   get open() {
-    return this.points.length > 0 || this.box !== null;
+    return this.clicks.length > 0 || this.box !== null;
   }
 
   /** @returns {Found | null} */
@@ -69,15 +80,63 @@ export class Pointing {
     return chosen?.mask ?? null;
   }
 
-  /** @param {Point} at @param {{right: boolean, alt: boolean, shift: boolean}} keys
-   * @param {Picture} picture @param {number} scale screen pixels a pixel */
-  press(at, keys, picture, scale) {
-    this.pressed = { at, to: at, positive: !keys.right && !keys.alt, crop: keys.shift, picture, scale };
+  /** What is offered. @returns {import("./hand.js").Suggestion} */
+  get suggestion() {
+    const { clicks, box, found, index, chosen, dragged, open } = this;
+    return {
+      candidate: open || dragged
+        ? { points: clicks, box: box ?? dragged, count: found.length, index, score: chosen?.score ?? 0 } : null,
+      mask: this.mask ?? (open ? null : this.preview),
+      asking: open && this.request !== null,
+    };
   }
 
-  /** @param {Point} at */
-  drag(at) {
+  /** @param {Mask} mask @param {Point} at @param {import("./hand.js").Options} options */
+  enter(mask, at, options) {
+    if (options.picture === "raw reference") this.enterElsewhere(mask, at, options);
+    else this.press(at, options);
+    return null;
+  }
+
+  /** @param {Point} at @param {import("./hand.js").Options} options */
+  press(at, { right, subtract, line, picture, scale }) {
+    this.pressed = { at, to: at, positive: !right && !subtract, crop: line, picture: frameOf(picture), scale };
+  }
+
+  /** The reference as it was taken has a frame of its own: its click belongs elsewhere in the live one.
+   * @param {Mask} mask @param {Point} at @param {import("./hand.js").Options} options */
+  async enterElsewhere(mask, at, options) {
+    const { begun } = this;
+    this.pressed = null;
+    try {
+      const there = await this.on.locate(at);
+      if (begun !== this.begun) return;
+      this.press(there, options);
+      await this.release(mask);
+    } catch (error) {
+      this.on.notice(error instanceof Error ? error.message : String(error), true);
+    }
+  }
+
+  /** @param {Mask} _mask @param {Point} at */
+  move(_mask, at) {
     if (this.pressed) this.pressed.to = at;
+    return null;
+  }
+
+  /** What is offered becomes part of the mask. @param {Mask} _mask
+   * @param {string} [way] "reject" gives it up @returns {import("./hand.js").Made | null} */
+  complete(_mask, way = "add") {
+    const { mask, part, story } = this;
+    this.reset();
+    // A corrected part gives way to the candidate.
+    return mask && way !== "reject" ? { pixels: mask.data, part: way === "add" ? part : null, story } : null;
+  }
+
+  /** Give it up. */
+  cancel() {
+    this.reset();
+    return null;
   }
 
   /** The box that is being dragged. @returns {number[] | null} */
@@ -103,7 +162,7 @@ export class Pointing {
       if (!this.open && !pressed.positive && !this.part) {
         return this.on.notice("There is nothing to take away here. Click an object first.");
       }
-      this.points.push({ ...at, positive: pressed.positive });
+      this.clicks.push({ ...at, positive: pressed.positive });
     }
     this.picture = pressed.picture;
     this.crop = pressed.crop;
@@ -122,7 +181,7 @@ export class Pointing {
     const previous = chosen ? { counts: chosen.counts, score: chosen.score }
       : part && { counts: encode({ ...mask, data: part }), score: 0 };
     // The question goes out before the click is drawn.
-    const asked = this.on.ask({ picture: this.picture, clicks: this.points, box: this.box,
+    const asked = this.on.ask({ picture: this.picture, clicks: this.clicks, box: this.box,
       previous: previous || null, crop: this.crop }, request.signal);
     this.on.changed();
     try {
@@ -134,8 +193,8 @@ export class Pointing {
       this.index = 0;
     } catch (error) {
       if (request.signal.aborted) return;
-      this.points.pop();
-      if (!this.points.length) this.reset();
+      this.clicks.pop();
+      if (!this.clicks.length) this.reset();
       this.on.notice(error instanceof Error ? error.message : String(error), true);
     } finally {
       clearTimeout(slow);
@@ -147,23 +206,25 @@ export class Pointing {
     this.on.changed();
   }
 
-  /** Show the next candidate. @param {number} by */
+  /** Offer the next candidate. @param {number} by @returns {boolean} whether there is any */
   cycle(by) {
     const count = this.found.length;
-    if (!count) return;
+    if (!count) return false;
     this.index = (this.index + by + count) % count;
     this.on.changed();
+    return true;
   }
 
   /** The pointer rests or moves: show what a click would find, when nothing else is asked.
-   * @param {Point} at @param {Picture} picture @param {Mask} mask */
-  hover(at, picture, mask) {
+   * @param {Mask} mask @param {Point} at @param {string} picture */
+  hover(mask, at, picture) {
+    if (picture === "raw reference") return;
     clearTimeout(this.hovering);
     if (this.open || this.request) return;
     this.hovering = setTimeout(async () => {
       const request = new AbortController();
       this.request = request;
-      const reply = await this.on.ask({ picture, clicks: [{ ...at, positive: true }], preview: true },
+      const reply = await this.on.ask({ picture: frameOf(picture), clicks: [{ ...at, positive: true }], preview: true },
         request.signal).catch(() => null);
       if (request !== this.request) return;
       this.request = null;
@@ -185,7 +246,7 @@ export class Pointing {
   get story() {
     const round = (/** @type {number} */ v) => Math.round(v * 10) / 10;
     return {
-      clicks: this.points.map(({ x, y, positive }) => [round(x), round(y), positive ? 1 : 0]),
+      clicks: this.clicks.map(({ x, y, positive }) => [round(x), round(y), positive ? 1 : 0]),
       ...(this.box ? { box: this.box.map(round) } : {}),
       picture: this.picture,
       model: this.model,
@@ -195,3 +256,6 @@ export class Pointing {
     };
   }
 }
+
+/** The image that a click on a picture means. @param {string} picture @returns {Picture} */
+const frameOf = (picture) => (picture === "live" ? "live" : "reference");
