@@ -21,9 +21,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from reviewer.dataset.demo.world import PAPER_PAIRS, SplitPlan, render_split
 from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.dataset.layouts import find_splits
+from reviewer.demo.world import PAPER_PAIRS, SplitPlan, render_split
 from reviewer.doi import integrate
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.tables import table_lines

@@ -22,7 +22,7 @@ import numpy as np
 from reviewer.dataset.files import read_rgb
 from reviewer.errors import ReviewerError
 from reviewer.masks import decode_rle
-from reviewer.models.detectors import DifferenceDetector
+from reviewer.models.detectors.difference import DifferenceDetector
 from reviewer.models.interfaces import Image
 from reviewer.models.registry import build_aligner
 from reviewer.models.warping import warp_image

@@ -26,7 +26,7 @@ from planner import own_part, plan_pair, plan_polygon
 from playwright.sync_api import expect
 
 from reviewer.masks import Mask, decode_rle, encode_png, intersection_over_union
-from reviewer.models.click_grabcut import GrabCutClicks
+from reviewer.models.clicks.grabcut import GrabCutClicks
 from reviewer.store.database import Store
 from reviewer.store.revisions import newest_revision
 

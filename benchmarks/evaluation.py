@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from core import import_all, repeat_split, seconds
 
-from reviewer.dataset.demo.world import PAPER_PAIRS, SplitPlan, render_split
+from reviewer.demo.world import PAPER_PAIRS, SplitPlan, render_split
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import _packed, _unpacked
 from reviewer.evaluation.protocols import Protocol, protocol_lines

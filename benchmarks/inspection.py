@@ -16,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from reviewer.dataset.demo.renderer import Scene
-from reviewer.dataset.demo.world import SplitPlan, camera_at, stage_split
+from reviewer.demo.renderer import Scene
+from reviewer.demo.world import SplitPlan, camera_at, stage_split
 from reviewer.geometry import image_point
-from reviewer.inspection.doubts import Doubt
 from reviewer.inspection.planning import DEFAULT_CAMERA, PlanSettings, plan_inspection
+from reviewer.inspection.regions_to_inspect import PlacedRegion
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs, list_splits
 from reviewer.store.runs import run_or_newest
@@ -30,11 +30,11 @@ HIT_M = 0.05
 WORLD = Path("demo-data/world-7-4/reviewer.db")
 
 
-def true_point(scene: Scene, doubt: Doubt) -> np.ndarray:
+def true_point(scene: Scene, placed: PlacedRegion) -> np.ndarray:
     """Return what the camera saw in the middle of a region, world x, y, z."""
-    x, y, width, height = doubt.region.box_xywh
+    x, y, width, height = placed.region.box_xywh
     pixel = (np.array([v], np.float32) for v in (x + width / 2, y + height / 2))
-    points, _, _ = scene.pick(camera_at(doubt.pose), *pixel)
+    points, _, _ = scene.pick(camera_at(placed.pose), *pixel)
     return np.asarray(points[0], np.float64)
 
 
@@ -46,7 +46,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     given = parser.parse_args()
     seed = int(re.search(r"world-(\d+)", str(given.database.resolve()))[1])
-    on_floor, above, seen, framed, doubts_in_all, placed = [], [], [], [], 0, 0
+    on_floor, above, seen, framed, regions_in_all, placed = [], [], [], [], 0, 0
     with Store(given.database) as store:
         run = run_or_newest(store, given.run)
         for split in list_splits(store):
@@ -54,17 +54,17 @@ def main() -> None:
             pairs = len(list_pairs(store, [split.name]))
             stage, _ = stage_split(SplitPlan(split.name, pairs, seed))
             scene = stage.live_scene()
-            doubts_in_all += len(plan.doubts)
-            for doubt in plan.doubts:
-                if doubt.place is None:
+            regions_in_all += len(plan.to_inspect)
+            for placed in plan.to_inspect:
+                if placed.place is None:
                     continue
                 placed += 1
-                truth = true_point(scene, doubt)
-                error = math.dist(doubt.place[:2], truth[:2])
+                truth = true_point(scene, placed)
+                error = math.dist(placed.place[:2], truth[:2])
                 (on_floor if truth[2] < FLOOR_M else above).append(error)
             for view in plan.tour.views:
-                for doubt in view.target.doubts:
-                    truth = true_point(scene, doubt)
+                for placed in view.target.to_inspect:
+                    truth = true_point(scene, placed)
                     pixel = image_point(DEFAULT_CAMERA, view.pose, tuple(truth))
                     inside = pixel is not None and 0 <= pixel[0] < 640 and 0 <= pixel[1] < 480
                     framed.append(inside)
@@ -77,7 +77,7 @@ def main() -> None:
                     seen.append((truth[2] < FLOOR_M, clear))
     flat = [clear for low, clear in seen if low]
     figures = {
-        "regions": doubts_in_all,
+        "regions": regions_in_all,
         "with_a_place": placed,
         "on_the_floor": len(on_floor),
         "floor_error_m_median": float(np.median(on_floor)) if on_floor else None,

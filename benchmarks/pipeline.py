@@ -22,7 +22,7 @@ import cv2
 import numpy as np
 from core import crowded_pair, import_all, repeat_split, seconds
 
-from reviewer.dataset.demo.world import SplitPlan, render_split
+from reviewer.demo.world import SplitPlan, render_split
 from reviewer.masks import encode_rle
 from reviewer.models.interfaces import Alignment, Image
 from reviewer.models.labellers.plain import NoLabeller

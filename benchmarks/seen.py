@@ -19,7 +19,7 @@ from reviewer.evaluation.protocols import Protocol, paired_change, protocol_line
 from reviewer.evaluation.rule_scores import rule_scores
 from reviewer.evaluation.rules import Rule
 from reviewer.evaluation.tables import MEAN
-from reviewer.store.audited import audit_rows
+from reviewer.store.audit_rows import audit_rows
 from reviewer.store.database import Store
 from reviewer.store.runs import list_runs
 from reviewer.store.scores import PairScore

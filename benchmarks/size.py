@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from reviewer.metrics import Counts, count, f_score, precision, recall
-from reviewer.models.net_detector import NetDetector
+from reviewer.models.detectors.net import NetDetector
 from reviewer.models.nets.checkpoints import load_checkpoint
 from reviewer.store.database import Store
 from reviewer.synthesis.demo_bank import open_demo_bank

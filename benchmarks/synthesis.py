@@ -15,7 +15,7 @@ from pathlib import Path
 
 import cv2
 
-from reviewer.dataset.demo.world import SplitPlan, render_split
+from reviewer.demo.world import SplitPlan, render_split
 from reviewer.synthesis.bank import load_bank
 from reviewer.synthesis.demo_bank import write_demo_bank
 from reviewer.synthesis.pairs import TRAINING, numbered_pair

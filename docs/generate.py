@@ -60,8 +60,8 @@ def api_page() -> str:
     """Return the page of the HTTP API, the one that a server shows at /api/docs."""
     from fastapi import FastAPI
 
-    from reviewer.app.api import build_api
-    from reviewer.app.api_page import write_api_page
+    from reviewer.app.endpoints.api import build_api
+    from reviewer.app.endpoints.api_page import write_api_page
 
     app = FastAPI()
     # No endpoint is called: only the description of each is read.

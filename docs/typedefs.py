@@ -19,7 +19,7 @@ def wire_module() -> str:
     """Return typedefs of all that the server and a workbench say to each other."""
     from pydantic import TypeAdapter
 
-    from reviewer.app import frame_messages as frame
+    from reviewer.app.endpoints import frame_messages as frame
 
     unions = {"FromFrame": frame.FromFrame, "ToFrame": frame.ToFrame}
     schemas = {name: TypeAdapter(union).json_schema() for name, union in unions.items()}
@@ -35,7 +35,7 @@ def openapi() -> dict[str, Any]:
     """Return the document at /api/openapi.json."""
     from fastapi import FastAPI
 
-    from reviewer.app.api import build_api
+    from reviewer.app.endpoints.api import build_api
 
     app = FastAPI()
     # No endpoint is called: only what they say of themselves is read.

@@ -9,7 +9,7 @@ from reviewer.version import VERSION
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from reviewer.scripting.project import Project
+    from reviewer.scripting import Project
 
 __version__ = VERSION
 
@@ -21,6 +21,6 @@ def open(path: str | Path) -> Project:
         NotFound: when the file does not exist.
         InvalidInput: when it is no database of this program, or a newer one.
     """
-    from reviewer.scripting.project import open_project
+    from reviewer.scripting import open_project
 
     return open_project(path)

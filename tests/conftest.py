@@ -11,7 +11,7 @@ from scenes import write_split
 
 from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.editing.clicks import Clicks
-from reviewer.models.embeddings import EmbeddingCache
+from reviewer.models.clicks.embeddings import EmbeddingCache
 from reviewer.models.registry import SEGMENTER_READS, SEGMENTERS
 from reviewer.pipeline.members import build_members
 from reviewer.pipeline.runner import prepare_run, run_pipeline

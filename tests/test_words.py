@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 import pytest
 
 from reviewer import words
-from reviewer.app.queue_panel import ORDER_TITLE, STATE_TITLE, TEAM_TITLE
+from reviewer.app.panels.queue import ORDER_TITLE, STATE_TITLE, TEAM_TITLE
 from reviewer.cli.machine import SIGN
 from reviewer.cli.whatif import DEFAULT_VALUES
 from reviewer.dataset.layers import STAGE
@@ -22,14 +22,14 @@ from reviewer.evaluation.table_a import TITLES as NET_TITLES
 from reviewer.evaluation.tables import METHOD_TITLE
 from reviewer.export.formats import PLAIN
 from reviewer.export.t0t1 import CHANGED
-from reviewer.models.click_sam import CLASSES as SAM_CLASSES
-from reviewer.models.click_sam import MODEL_TYPES
+from reviewer.models.clicks.sam import CLASSES as SAM_CLASSES
+from reviewer.models.clicks.sam import MODEL_TYPES
 from reviewer.models.member_settings import CLASSES
 from reviewer.models.nets.build import NETS
 from reviewer.pipeline.plan import STAGE_VERSIONS
+from reviewer.store.audit_queue import ORDERS as WALK_ORDERS
 from reviewer.store.queue import ORDERS
 from reviewer.store.results import LAYER_TABLES
-from reviewer.store.walk import ORDERS as WALK_ORDERS
 from reviewer.training.settings import FAMILY
 
 ROOT = Path(__file__).resolve().parent.parent

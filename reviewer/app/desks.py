@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 from threading import RLock
 from typing import Any
 
-from reviewer.app.details import choose_run
-from reviewer.app.frame_messages import Filtered, Joining, Ready, ToFrame
+from reviewer.app.endpoints.details import choose_run
+from reviewer.app.endpoints.frame_messages import Filtered, Joining, Ready, ToFrame
 from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_splits, pair_ids, pair_of_id

@@ -9,13 +9,13 @@ from urllib.parse import quote
 
 import uvicorn
 
-from reviewer.app.access import Access
 from reviewer.app.desks import Desks
-from reviewer.app.gateway import build_gateway
+from reviewer.app.door.access import Access
+from reviewer.app.door.gateway import build_gateway
 from reviewer.app.shell import Shell
 from reviewer.editing.clicks import Clicks
 from reviewer.errors import InvalidInput
-from reviewer.models.embeddings import EmbeddingCache, cache_folder
+from reviewer.models.clicks.embeddings import EmbeddingCache, cache_folder
 from reviewer.models.registry import build_click_segmenter
 from reviewer.store.database import Store
 from reviewer.store.integrity import require_whole

@@ -16,12 +16,12 @@ import viser
 from viser import _messages as viser_messages
 
 from reviewer.app.desks import Desk, Desks
-from reviewer.app.found_panel import FoundPanel
-from reviewer.app.map_panel import MapPanel
-from reviewer.app.plan_panel import PlanPanel
-from reviewer.app.queue_panel import QueuePanel
-from reviewer.app.scores_panel import ScoresPanel
-from reviewer.app.whatif_panel import WhatIfPanel
+from reviewer.app.panels.found import FoundPanel
+from reviewer.app.panels.map import MapPanel
+from reviewer.app.panels.plan import PlanPanel
+from reviewer.app.panels.queue import QueuePanel
+from reviewer.app.panels.scores import ScoresPanel
+from reviewer.app.panels.whatif import WhatIfPanel
 
 ACCENT = (20, 130, 140)
 QUEUE_WIDTH = 250

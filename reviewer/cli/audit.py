@@ -41,7 +41,7 @@ def report(
     from reviewer.evaluation.outcomes import refresh_terms
     from reviewer.evaluation.predictors import predictor_rows, seen_text
     from reviewer.evaluation.rules import rule_of_run
-    from reviewer.store.audited import audit_rows
+    from reviewer.store.audit_rows import audit_rows
     from reviewer.store.runs import run_or_newest
 
     with open_store(db) as store:
@@ -54,7 +54,7 @@ def report(
     decided = seen or rule_of_run(chosen.settings).seen
     found = audit_report(rows, decided)
     if figure is not None:
-        from reviewer.evaluation.audit_figure import draw_predictors
+        from reviewer.reports.audit_figure import draw_predictors
 
         draw_predictors(found.predictors, figure)
     if as_json:

@@ -22,8 +22,8 @@ def list_models(
     as_json: Annotated[bool, typer.Option("--json", help="Write JSON.")] = False,
 ) -> None:
     """List weights by name, with source, licence, and whether they are on this machine."""
-    from reviewer.models.fetching import find_fetched
-    from reviewer.models.presets import PRESETS
+    from reviewer.models.weights.fetching import find_fetched
+    from reviewer.models.weights.presets import PRESETS
 
     rows = [
         {
@@ -50,8 +50,8 @@ def fetch_model(
     name: Annotated[str, typer.Argument(help="A name of `models list`, or OWNER/NAME of the hub.")],
 ) -> None:
     """Download weights, and check them; an interrupted download resumes."""
-    from reviewer.models.fetching import fetch
-    from reviewer.models.presets import preset_of_name
+    from reviewer.models.weights.fetching import fetch
+    from reviewer.models.weights.presets import preset_of_name
 
     preset = preset_of_name(name)
     typer.echo(f"{preset.name}: from {preset.source}, licence: {preset.licence}")
@@ -72,7 +72,7 @@ def doctor(
     db: Database = DEFAULT_DB,
 ) -> None:
     """Check machine, weights, database, images and disk; exit code 1 when something is broken."""
-    from reviewer.doctor.checks import check_all
+    from reviewer.doctor import check_all
 
     checks = list(check_all(db, deep=deep))
     if as_json:

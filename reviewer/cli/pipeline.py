@@ -230,7 +230,7 @@ def _write_report(
     path: Path,
 ) -> None:
     from reviewer.atomic import whole_file
-    from reviewer.evaluation.report import report_page
+    from reviewer.reports.page import report_page
     from reviewer.store.runs import run_of_name
 
     if run is not None:
@@ -251,7 +251,7 @@ def _write_rows(
     standings: Sequence[Standing],
     path: Path,
 ) -> None:
-    from reviewer.evaluation.rows_figure import draw_rows, telling_pairs
+    from reviewer.reports.rows_figure import draw_rows, telling_pairs
     from reviewer.store.pairs import list_pairs
     from reviewer.store.runs import list_runs, run_of_name, run_or_newest
 

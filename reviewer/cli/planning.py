@@ -72,9 +72,9 @@ def plan(
     shown = ("order", "x", "y", "theta", "target_x", "target_y", "doi", "pairs")
     rows = [{key: row[key] for key in shown} for row in plan_rows(found)]
     print_table(rows, title=f"tour of {found.tour.length:.1f} m, budget {budget:g} m")
-    placed = sum(doubt.place is not None for doubt in found.doubts)
+    placed = sum(region.place is not None for region in found.to_inspect)
     typer.echo(
-        f"{len(found.doubts)} regions, {placed} with a place; places that no reachable"
+        f"{len(found.to_inspect)} regions, {placed} with a place; places that no reachable"
         f" cell sees: {len(found.unseen)}, views beyond the budget: {len(found.tour.left_out)}"
         + (f", lighter ones not looked for: {found.not_looked_for}" * bool(found.not_looked_for))
     )

@@ -52,8 +52,8 @@ def demo(
     click: ClickModel = "grabcut",
 ) -> None:
     """Render the demo world, import it, run the weight-free pipeline, and open the app."""
-    from reviewer.dataset.demo.world import plan_splits, render_world
     from reviewer.dataset.settings import ImportSettings
+    from reviewer.demo.world import plan_splits, render_world
     from reviewer.flows.importing import import_splits
     from reviewer.flows.running import RunOrder, run_stages
     from reviewer.pipeline.settings import PipelineSettings

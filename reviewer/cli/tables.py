@@ -57,8 +57,8 @@ def print_rows(
     title: str,
 ) -> None:
     """Print Table A, or the matrix of what was trained on and tested on."""
-    from reviewer.evaluation.matrix import matrix_cells, matrix_rows, matrix_text
-    from reviewer.evaluation.table_a_text import columns_of, table_a_cells, table_a_text
+    from reviewer.reports.matrix import matrix_cells, matrix_rows, matrix_text
+    from reviewer.reports.table_a_text import columns_of, table_a_cells, table_a_text
 
     if not rows:
         print_table([], title=title)
@@ -78,7 +78,7 @@ def print_rows(
 
 def draw_figure_e(rows: Sequence[Row], path: Path) -> None:
     """Write figure E."""
-    from reviewer.evaluation.split_figure import draw_splits
+    from reviewer.reports.split_figure import draw_splits
 
     draw_splits(rows, path)
     typer.echo(f"wrote {path}", err=True)

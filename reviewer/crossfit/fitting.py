@@ -14,7 +14,7 @@ from pathlib import Path
 from reviewer.atomic import whole_file
 from reviewer.crossfit.folds import FoldData
 from reviewer.dataset.pictures import read_picture
-from reviewer.models.net_detector import NetDetector
+from reviewer.models.detectors.net import NetDetector
 from reviewer.pipeline.fields import probability_png
 from reviewer.pipeline.stored import warped_reference
 from reviewer.records import Run

@@ -17,7 +17,7 @@ import numpy as np
 from reviewer.editing.pictures import load_pictures
 from reviewer.editing.worker import Urgency, Worker
 from reviewer.masks import Mask, crop_to_box
-from reviewer.models.embeddings import EmbeddingCache
+from reviewer.models.clicks.embeddings import EmbeddingCache
 from reviewer.models.interfaces import Candidate, Click, Embedding, Image, Prompt
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store

@@ -12,7 +12,7 @@ from reviewer.pipeline.stored import warped_reference
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment
-from reviewer.store.overview import pair_overview
+from reviewer.store.stages_done import pair_overview
 from reviewer.words import Side
 
 

@@ -17,7 +17,7 @@ from reviewer.evaluation.predictors import (
     predict_errors,
 )
 from reviewer.metrics import Counts
-from reviewer.store.audited import AuditRow
+from reviewer.store.audit_rows import AuditRow
 from reviewer.words import CHOICES, Choice, Seen
 
 SIZES = ((0, "< 8²"), (64, "< 16²"), (256, "< 32²"), (1024, ">= 32²"))

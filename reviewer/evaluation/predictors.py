@@ -25,7 +25,7 @@ from reviewer.evaluation.predicting import (
     risk_coverage,
 )
 from reviewer.metrics import Counts
-from reviewer.store.audited import AuditRow
+from reviewer.store.audit_rows import AuditRow
 
 LEAST_IOU = 0.5
 MOST_POINTS = 100

@@ -12,7 +12,7 @@ import numpy as np
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.masks import Mask, Rle, decode_rle, encode_rle
 from reviewer.records import MaskRevision, Pair
-from reviewer.store.audited import pairs_with_verdict
+from reviewer.store.audit_rows import pairs_with_verdict
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_final_mask

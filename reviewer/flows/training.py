@@ -19,13 +19,13 @@ from reviewer.metrics import f_score
 from reviewer.pipeline.runner import RunReport, prepare_run
 from reviewer.pipeline.settings import IMPORTED, PipelineSettings
 from reviewer.records import Run
+from reviewer.reports.curve import draw_curve
 from reviewer.store.database import Store
 from reviewer.store.runs import list_runs, run_or_newest
 from reviewer.store.skips import skipped_line
 from reviewer.store.trainings import StoredTraining, save_training
 from reviewer.synthesis.bank import Bank
 from reviewer.synthesis.shelf import Shelf
-from reviewer.training.curve import draw_curve
 from reviewer.training.loop import Step
 from reviewer.training.recipes import Recipe, iterations_of_epochs
 from reviewer.training.selection import data_record, select_references

@@ -1,4 +1,4 @@
-"""Plan the inspection of a split from what a run doubts."""
+"""Plan the inspection of a split from the regions to inspect of a run."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 from reviewer.dataset.files import read_grey
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.geometry import FloorCamera, Pose2
-from reviewer.inspection.doubts import (
-    Doubt,
+from reviewer.inspection.regions_to_inspect import (
+    PlacedRegion,
     RankedViewpoint,
     gather,
-    place_doubts,
+    place_regions,
     rank_viewpoints,
 )
 from reviewer.inspection.tour import Tour, plan_tour
 from reviewer.inspection.views import Terrain, View, ViewSettings, best_view
 from reviewer.records import Run
 from reviewer.store.database import Store
-from reviewer.store.doubts import inspect_regions
 from reviewer.store.pairs import list_maps, list_pairs, list_splits
+from reviewer.store.regions_to_inspect import inspect_regions
 
 DEFAULT_CAMERA = FloorCamera(0.72, -0.42, 385.0)
 """The demo world's: an Intel RealSense D455 at 640x480 (focal length about 385 pixels), 72 cm above
@@ -47,7 +47,7 @@ class InspectionPlan:
 
     Attributes:
         ranked: live viewpoints by their regions.
-        doubts: regions with their places; those without one cannot be planned.
+        to_inspect: regions with their places; those without one cannot be planned.
         tour: views in order.
         unseen: targets that no reachable cell sees, as "x, y" metres.
         not_looked_for: targets beyond the heaviest 150, for which no view was looked for.
@@ -56,7 +56,7 @@ class InspectionPlan:
     split: str
     start: Pose2
     ranked: tuple[RankedViewpoint, ...]
-    doubts: tuple[Doubt, ...]
+    to_inspect: tuple[PlacedRegion, ...]
     tour: Tour
     unseen: tuple[tuple[float, float], ...]
     not_looked_for: int
@@ -98,12 +98,12 @@ def plan_inspection(
         raise InvalidInput(
             f"split {split}: a robot of radius {settings.views.robot_radius:g} m fits nowhere"
         )
-    doubts = place_doubts(
+    to_inspect = place_regions(
         regions, poses, camera, terrain.occupied, occupancy.grid, near=settings.views.robot_radius
     )
     views: list[View] = []
     unseen = []
-    targets = gather(doubts)
+    targets = gather(to_inspect)
     for target in targets[:MOST_TARGETS]:
         view = best_view(terrain, target, camera, settings.views)
         if view is None:
@@ -116,7 +116,7 @@ def plan_inspection(
         split,
         begin,
         tuple(ranked),
-        tuple(doubts),
+        tuple(to_inspect),
         tour,
         tuple(unseen),
         len(targets[MOST_TARGETS:]),

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from skimage.draw import line
 
 from reviewer.geometry import FloorCamera, Grid, Pose2, cell_at, cell_centre
-from reviewer.inspection.doubts import Target
+from reviewer.inspection.regions_to_inspect import Target
 
 FREE, OCCUPIED = 250, 50
 """Levels of a ROS map: brighter is free, darker is occupied, between is unknown."""
@@ -100,7 +100,7 @@ def best_view(
         return None
     xs, ys = _centres(terrain.grid, rows, columns)
     away = np.hypot(xs - target.x, ys - target.y)
-    first = target.doubts[0].pose
+    first = target.to_inspect[0].pose
     old = math.atan2(first.y - target.y, first.x - target.x)
     turned = np.cos(np.arctan2(ys - target.y, xs - target.x) - old)
     cost = np.abs(away - settings.stand_off) + settings.new_side * settings.stand_off * (

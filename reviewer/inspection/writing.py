@@ -40,7 +40,7 @@ def plan_rows(plan: InspectionPlan) -> list[dict[str, Any]]:
     """Return one row per view: pose, what it looks at, the regions' ids, pairs, labels; metres."""
     rows = []
     for number, view in enumerate(plan.tour.views, start=1):
-        doubts = [doubt.region for doubt in view.target.doubts]
+        to_inspect = [placed.region for placed in view.target.to_inspect]
         rows.append(
             {
                 "order": number,
@@ -51,9 +51,9 @@ def plan_rows(plan: InspectionPlan) -> list[dict[str, Any]]:
                 "target_y": round(view.target.y, 3),
                 "target_z": round(sum(view.target.heights) / 2, 3),
                 "doi": round(view.target.weight, 3),
-                "regions": " ".join(str(region.id) for region in doubts),
-                "pairs": " ".join(dict.fromkeys(f"{r.split}/{r.pair}" for r in doubts)),
-                "labels": " ".join(dict.fromkeys(r.labels for r in doubts if r.labels)),
+                "regions": " ".join(str(region.id) for region in to_inspect),
+                "pairs": " ".join(dict.fromkeys(f"{r.split}/{r.pair}" for r in to_inspect)),
+                "labels": " ".join(dict.fromkeys(r.labels for r in to_inspect if r.labels)),
             }
         )
     return rows

@@ -13,7 +13,7 @@ from dataclasses import MISSING, dataclass, fields
 from importlib import import_module
 from typing import Any
 
-NET = "reviewer.models.net_detector:NetDetector"
+NET = "reviewer.models.detectors.net:NetDetector"
 CLASSES: Mapping[str, Mapping[str, str]] = {
     "align": {
         "dis": "reviewer.models.aligners.dense:DisAligner",
@@ -23,7 +23,7 @@ CLASSES: Mapping[str, Mapping[str, str]] = {
         "pdcnet": "reviewer.models.aligners.pdcnet:PdcNetAligner",
     },
     "detect": {
-        "difference": "reviewer.models.detectors:DifferenceDetector",
+        "difference": "reviewer.models.detectors.difference:DifferenceDetector",
         "cdnet": NET,
         "cscdnet": NET,
         "cscdnet-attention": NET,

@@ -51,14 +51,14 @@ def _pdcnet(**settings: Any) -> Aligner:
 
 
 def _difference(**settings: Any) -> Detector:
-    from reviewer.models.detectors import DifferenceDetector
+    from reviewer.models.detectors.difference import DifferenceDetector
 
     return DifferenceDetector(**settings)
 
 
 def _net(name: str) -> Callable[..., Detector]:
     def build(**settings: Any) -> Detector:
-        from reviewer.models.net_detector import NetDetector
+        from reviewer.models.detectors.net import NetDetector
 
         if not settings.get("checkpoint"):
             raise InvalidInput(
@@ -120,7 +120,7 @@ def _vocabulary(**settings: Any) -> Labeller:
 
 
 def _grabcut(path: str) -> ClickSegmenter:
-    from reviewer.models.click_grabcut import GrabCutClicks
+    from reviewer.models.clicks.grabcut import GrabCutClicks
 
     if path:
         raise InvalidInput(f"--click grabcut:{path}: grabcut has no weights, so it takes no path")
@@ -128,13 +128,13 @@ def _grabcut(path: str) -> ClickSegmenter:
 
 
 def _sam(path: str) -> ClickSegmenter:
-    from reviewer.models.click_sam import SamClicks
+    from reviewer.models.clicks.sam import SamClicks
 
     return SamClicks.load("sam", path)
 
 
 def _sam2(path: str) -> ClickSegmenter:
-    from reviewer.models.click_sam import DEFAULT_SAM, SamClicks
+    from reviewer.models.clicks.sam import DEFAULT_SAM, SamClicks
 
     return SamClicks.load("sam2", path or DEFAULT_SAM.partition(":")[2])
 

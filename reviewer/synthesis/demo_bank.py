@@ -17,10 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from reviewer.atomic import whole_folder
-from reviewer.dataset.demo.objects import GROUPS
-from reviewer.dataset.demo.renderer import Camera, Light, Scene
-from reviewer.dataset.demo.sensor import Exposure, develop
-from reviewer.dataset.demo.shapes import Material, Mesh, quad
+from reviewer.demo.objects import GROUPS
+from reviewer.demo.renderer import Camera, Light, Scene
+from reviewer.demo.sensor import Exposure, develop
+from reviewer.demo.shapes import Material, Mesh, quad
 from reviewer.masks import encode_rle
 from reviewer.synthesis.bank import Bank, load_bank
 

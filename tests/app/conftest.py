@@ -3,9 +3,9 @@
 import pytest
 from starlette.testclient import TestClient
 
-from reviewer.app.access import Access
 from reviewer.app.desks import Desks
-from reviewer.app.gateway import build_gateway
+from reviewer.app.door.access import Access
+from reviewer.app.door.gateway import build_gateway
 
 TOKEN = "a-token-for-tests"
 BASE = "http://localhost:8000"

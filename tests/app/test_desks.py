@@ -5,7 +5,7 @@ from starlette.websockets import WebSocketDisconnect
 
 from reviewer import __version__
 from reviewer.app.desks import Desk
-from reviewer.app.frame_messages import Joining
+from reviewer.app.endpoints.frame_messages import Joining
 from reviewer.pipeline.runner import prepare_run
 from reviewer.pipeline.settings import PipelineSettings
 

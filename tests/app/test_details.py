@@ -1,6 +1,6 @@
 """What the frame is told of a pair."""
 
-from reviewer.app.details import region_info
+from reviewer.app.endpoints.details import region_info
 from reviewer.doi import Region
 from reviewer.records import StoredRegion
 

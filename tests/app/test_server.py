@@ -66,7 +66,7 @@ def test_a_disk_that_fails_elsewhere_is_told_too(client, tiny_split, monkeypatch
     def fail(*_, **__):
         raise OSError(number, "said by the disk", "/data/cache")
 
-    monkeypatch.setattr("reviewer.app.api.draw_layer", fail)
+    monkeypatch.setattr("reviewer.app.endpoints.api.draw_layer", fail)
     reply = client.get("/api/pairs/1/layers/live.png")
     assert reply.status_code == status
     assert reply.json()["detail"] == "/data/cache: said by the disk"

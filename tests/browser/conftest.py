@@ -11,14 +11,14 @@ from playwright.sync_api import Frame, Page, sync_playwright
 from scenes import write_split
 from workbench import workbench_of
 
-from reviewer.app.access import Access
 from reviewer.app.desks import Desks
-from reviewer.app.gateway import build_gateway
+from reviewer.app.door.access import Access
+from reviewer.app.door.gateway import build_gateway
 from reviewer.app.shell import Shell
 from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.editing.clicks import Clicks
-from reviewer.models.click_grabcut import GrabCutClicks
-from reviewer.models.embeddings import EmbeddingCache
+from reviewer.models.clicks.embeddings import EmbeddingCache
+from reviewer.models.clicks.grabcut import GrabCutClicks
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.store.database import Store

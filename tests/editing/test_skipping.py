@@ -12,11 +12,12 @@ from reviewer.evaluation.outcomes import refresh_terms
 from reviewer.export.formats import Options, export_as
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.export.skipped import leave_out_skipped
-from reviewer.store.audited import audit_rows
-from reviewer.store.doubts import inspect_regions
+from reviewer.store.audit_queue import list_doubtful
+from reviewer.store.audit_rows import audit_rows
 from reviewer.store.finds import find_of_region, finds_version, list_finds
 from reviewer.store.queue import list_progress, list_queue
 from reviewer.store.regions import load_prediction, load_regions
+from reviewer.store.regions_to_inspect import inspect_regions
 from reviewer.store.reviews import annotator_id
 from reviewer.store.runs import delete_run
 from reviewer.store.scores import (
@@ -28,7 +29,6 @@ from reviewer.store.scores import (
 )
 from reviewer.store.skips import count_skips, skip_of_pair
 from reviewer.store.terms import load_terms
-from reviewer.store.walk import list_doubtful
 
 
 @pytest.fixture

@@ -8,13 +8,13 @@ from reviewer.editing.verdicts import change_standing, give_verdict
 from reviewer.errors import Conflict, NotFound
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import refresh_terms
+from reviewer.store.audit_queue import list_doubtful
 from reviewer.store.finds import finds_version, list_finds
-from reviewer.store.overview import pair_overview
 from reviewer.store.regions import load_prediction, load_regions
 from reviewer.store.reviews import annotator_id
 from reviewer.store.runs import delete_run
 from reviewer.store.scores import pair_counts
-from reviewer.store.walk import list_doubtful
+from reviewer.store.stages_done import pair_overview
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from reviewer.evaluation.predicting import (
     risk_coverage,
 )
 from reviewer.metrics import Counts
-from reviewer.store.audited import AuditRow, audit_rows
+from reviewer.store.audit_rows import AuditRow, audit_rows
 from reviewer.store.reviews import annotator_id
 
 

@@ -10,15 +10,15 @@ from reviewer.cli import app
 from reviewer.editing.commit import MaskEdit
 from reviewer.errors import InvalidInput
 from reviewer.evaluation.counting import refresh_counts
-from reviewer.evaluation.matrix import trained_on
 from reviewer.evaluation.protocols import Protocol
-from reviewer.evaluation.report import report_page
-from reviewer.evaluation.split_figure import draw_splits
 from reviewer.evaluation.table_a import Row, table_a_rows
-from reviewer.evaluation.table_a_text import scope_rows, table_a_cells, table_a_text
 from reviewer.evaluation.tables import DASH
 from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
+from reviewer.reports.matrix import trained_on
+from reviewer.reports.page import report_page
+from reviewer.reports.split_figure import draw_splits
+from reviewer.reports.table_a_text import scope_rows, table_a_cells, table_a_text
 from reviewer.store.pairs import pair_ids
 from reviewer.store.reviews import annotator_id
 from reviewer.store.scores import pair_scores

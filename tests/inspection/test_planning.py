@@ -15,7 +15,7 @@ from reviewer.geometry import FloorCamera
 from reviewer.inspection.planning import PlanSettings, plan_inspection
 from reviewer.inspection.views import ViewSettings
 from reviewer.inspection.writing import nav2_yaml, plan_csv, plan_geojson, plan_rows
-from reviewer.store.doubts import inspect_regions
+from reviewer.store.regions_to_inspect import inspect_regions
 
 CAMERA = FloorCamera(0.7, -0.45, 100.0, 120, 160)
 SETTINGS = PlanSettings(CAMERA, ViewSettings(robot_radius=0.1), 30.0)
@@ -31,7 +31,7 @@ def doubtful(db, run):
 def test_viewpoints_are_ranked_and_views_face_their_targets(db, doubtful):
     plan = plan_inspection(db, doubtful, "cs1", SETTINGS)
     assert [each.pair.title for each in plan.ranked] == ["cs1/0000", "cs1/0001"]
-    assert len(plan.doubts) == len(inspect_regions(db, doubtful.id)) == 2
+    assert len(plan.to_inspect) == len(inspect_regions(db, doubtful.id)) == 2
     for view in plan.tour.views:
         dx, dy = view.target.x - view.pose.x, view.target.y - view.pose.y
         assert math.atan2(dy, dx) == pytest.approx(view.pose.theta)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from reviewer.geometry import FloorCamera, Grid, Pose2, cell_at, floor_point, image_point
-from reviewer.inspection.doubts import Doubt, Target, gather, place_doubts
+from reviewer.inspection.regions_to_inspect import PlacedRegion, Target, gather, place_regions
 from reviewer.inspection.tour import plan_tour
 from reviewer.inspection.views import Terrain, View, ViewSettings, best_view
-from reviewer.store.doubts import InspectRegion
+from reviewer.store.regions_to_inspect import InspectRegion
 
 CAMERA = FloorCamera(0.7, -0.4, 400.0)
 GRID = Grid(0.05, 80, 120, Pose2(0.0, 0.0, 0.0))
@@ -39,7 +39,7 @@ def region(number=1, doi=1.0, box=(0, 0, 1, 1)):
 
 
 def target(x, y, z=0.0, first=START, doi=1.0):
-    return Target(x, y, (Doubt(region(doi=doi), first, (x, y, z)),))
+    return Target(x, y, (PlacedRegion(region(doi=doi), first, (x, y, z)),))
 
 
 def test_a_pixel_and_its_place_on_the_floor_are_each_other_s_inverse():
@@ -60,13 +60,13 @@ def test_a_pixel_and_its_place_on_the_floor_are_each_other_s_inverse():
 def test_what_an_obstacle_is_in_the_way_of_is_placed_there_at_its_height():
     occupied = levels((2.5, 0.5, 2.6, 3.5)) == 0
     poses = {1: START}
-    (low,) = place_doubts([region(box=(319, 239, 2, 2))], poses, CAMERA, levels() == 0, GRID)
+    (low,) = place_regions([region(box=(319, 239, 2, 2))], poses, CAMERA, levels() == 0, GRID)
     assert low.place == pytest.approx((1 + 0.7 / math.tan(0.4), 2.0, 0.0))
-    (high,) = place_doubts([region(box=(319, 139, 2, 2))], poses, CAMERA, occupied, GRID)
+    (high,) = place_regions([region(box=(319, 139, 2, 2))], poses, CAMERA, occupied, GRID)
     x, y, z = high.place
     assert (x, y) == pytest.approx((2.5, 2.0), abs=0.06)
     assert z == pytest.approx(0.7 + 1.5 * math.tan(-0.4 + math.atan(100 / 400)), abs=0.02)
-    far = place_doubts(
+    far = place_regions(
         [region(box=(319, 60, 2, 2))], poses, CAMERA, levels() == 0, GRID, farthest=2
     )
     assert far[0].place is None
@@ -103,15 +103,15 @@ def test_another_side_is_preferred_and_what_is_high_is_seen_from_farther_away():
 
 
 def test_doubts_that_lie_together_are_one_target():
-    doubts = [
-        Doubt(region(1, 0.9), START, (2.0, 2.0, 0.0)),
-        Doubt(region(2, 1.0), START, (2.2, 2.0, 0.1)),
-        Doubt(region(3, 0.95), START, (4.0, 1.0, 0.0)),
-        Doubt(region(4, 1.0), START, None),
+    to_inspect = [
+        PlacedRegion(region(1, 0.9), START, (2.0, 2.0, 0.0)),
+        PlacedRegion(region(2, 1.0), START, (2.2, 2.0, 0.1)),
+        PlacedRegion(region(3, 0.95), START, (4.0, 1.0, 0.0)),
+        PlacedRegion(region(4, 1.0), START, None),
     ]
-    first, second = gather(doubts)
-    assert {doubt.region.id for doubt in first.doubts} == {1, 2} and first.weight == 1.9
-    assert first.heights == (0.0, 0.1) and second.doubts[0].region.id == 3
+    first, second = gather(to_inspect)
+    assert {placed.region.id for placed in first.to_inspect} == {1, 2} and first.weight == 1.9
+    assert first.heights == (0.0, 0.1) and second.to_inspect[0].region.id == 3
 
 
 def views_at(*points):
@@ -149,8 +149,8 @@ def test_of_two_the_one_with_more_doi_fits_the_budget():
 
 def test_a_viewpoint_inside_a_wall_sees_beyond_it():
     occupied = levels((0.95, 1.95, 1.1, 2.1), (2.5, 0.5, 2.6, 3.5)) == 0
-    (doubt,) = place_doubts([region(box=(319, 139, 2, 2))], {1: START}, CAMERA, occupied, GRID)
-    assert doubt.place[0] == pytest.approx(2.5, abs=0.06)
+    (placed,) = place_regions([region(box=(319, 139, 2, 2))], {1: START}, CAMERA, occupied, GRID)
+    assert placed.place[0] == pytest.approx(2.5, abs=0.06)
 
 
 def test_a_long_tour_is_planned_in_no_time_and_has_no_crossings():

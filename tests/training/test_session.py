@@ -13,14 +13,14 @@ from reviewer.errors import Conflict, InvalidInput
 from reviewer.masks import Mask
 from reviewer.metrics import Counts, count, f_score
 from reviewer.models import device
-from reviewer.models.net_detector import NetDetector
+from reviewer.models.detectors.net import NetDetector
 from reviewer.models.nets import checkpoints
 from reviewer.models.nets.build import build_net
 from reviewer.models.nets.checkpoints import load_checkpoint
+from reviewer.reports.curve import draw_curve
 from reviewer.synthesis.bank import Bank, Cutout
 from reviewer.synthesis.pairs import TRAINING
 from reviewer.synthesis.settings import SynthesisSettings
-from reviewer.training.curve import draw_curve
 from reviewer.training.loop import Fit, TrainingFailed
 from reviewer.training.session import train
 from reviewer.training.settings import TrainingSettings

@@ -19,9 +19,9 @@ from transformers import EfficientLoFTRForKeypointMatching
 
 from reviewer.models.aligners.planes import flow_of_homography, robust_homography
 from reviewer.models.device import best_device, check_weights
-from reviewer.models.hub import load_pretrained
 from reviewer.models.interfaces import Alignment, Field, Image, ModelFailed
 from reviewer.models.warping import inside
+from reviewer.models.weights.hub import load_pretrained
 
 Points = npt.NDArray[np.float32]
 LUMA = np.array([0.2989, 0.5870, 0.1140], np.float32)

@@ -30,12 +30,12 @@ from reviewer.models.device import (
     choose_precision,
     sampled_fingerprint,
 )
-from reviewer.models.fetching import find_fetched
-from reviewer.models.hub import load_beside, load_pretrained
 from reviewer.models.interfaces import Field, Image, ModelFailed, Said
 from reviewer.models.labellers.alpha import AlphaBranch, alpha_of_mask
 from reviewer.models.labellers.phrases import PROMPT, STOP_LIST, parse_label
-from reviewer.models.presets import preset_of_name
+from reviewer.models.weights.fetching import find_fetched
+from reviewer.models.weights.hub import load_beside, load_pretrained
+from reviewer.models.weights.presets import preset_of_name
 from reviewer.words import Precision
 
 INSTEAD = "use --labeller vocabulary:FILE.json, which needs no weights"

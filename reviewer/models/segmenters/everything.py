@@ -15,9 +15,9 @@ import numpy.typing as npt
 
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask, crop_to_box
-from reviewer.models.click_sam import DEFAULT_SAM, sam_of_text
+from reviewer.models.clicks.embeddings import EmbeddingCache, cache_folder
+from reviewer.models.clicks.sam import DEFAULT_SAM, sam_of_text
 from reviewer.models.device import check_recorded
-from reviewer.models.embeddings import EmbeddingCache, cache_folder
 from reviewer.models.interfaces import Embedding, Image, Instance, Objects, PairView
 from reviewer.models.segmenters.grounded import INSTEAD
 from reviewer.models.segmenters.sides import check_frame, find_on_both

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reviewer.models.click_sam import DEFAULT_SAM, sam_of_text
+from reviewer.models.clicks.embeddings import EmbeddingCache, cache_folder
+from reviewer.models.clicks.sam import DEFAULT_SAM, sam_of_text
 from reviewer.models.device import check_recorded
-from reviewer.models.embeddings import EmbeddingCache, cache_folder
 from reviewer.models.interfaces import Image, Instance, Objects, PairView
 from reviewer.models.segmenters.grounding import GroundingDino
 from reviewer.models.segmenters.sides import check_frame, find_on_both

@@ -15,8 +15,8 @@ import torch
 from transformers import GroundingDinoForObjectDetection, GroundingDinoProcessor
 
 from reviewer.models.device import best_device, fingerprint
-from reviewer.models.hub import load_beside, load_pretrained
 from reviewer.models.interfaces import Image
+from reviewer.models.weights.hub import load_beside, load_pretrained
 
 # [CLS], [SEP], full stop, question mark and padding part the phrases, as in the network itself.
 SEPARATORS = (101, 102, 1012, 1029, 0)

@@ -16,10 +16,10 @@ import torch.nn.functional as F
 from transformers import AutoTokenizer, Sam3Model
 
 from reviewer.models.device import best_device, check_weights
-from reviewer.models.hub import load_beside, load_pretrained
 from reviewer.models.interfaces import Image, Instance, Objects, PairView
 from reviewer.models.segmenters.grounded import INSTEAD
 from reviewer.models.segmenters.sides import check_frame, find_on_both
+from reviewer.models.weights.hub import load_beside, load_pretrained
 from reviewer.words import ReferenceFrame
 
 LONGEST_TEXT = 32

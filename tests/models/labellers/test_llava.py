@@ -206,6 +206,6 @@ def test_a_model_that_was_not_fetched_says_how_to_fetch_it(monkeypatch, tmp_path
 
 
 def test_a_model_too_big_for_the_memory_is_refused_with_both_figures(folder, monkeypatch):
-    monkeypatch.setattr("reviewer.models.hub.free_memory", lambda: 1000)
+    monkeypatch.setattr("reviewer.models.weights.hub.free_memory", lambda: 1000)
     with pytest.raises(InvalidInput, match=r"take 0\.0 GiB in torch.float32, but 0\.0"):
         llava(folder)

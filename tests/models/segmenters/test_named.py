@@ -8,8 +8,8 @@ from scenes import textured
 from transformers import GroundingDinoForObjectDetection, GroundingDinoProcessor, Sam3Model
 
 from reviewer.errors import InvalidInput
-from reviewer.models.click_sam import SamClicks
-from reviewer.models.embeddings import EmbeddingCache, cache_folder
+from reviewer.models.clicks.embeddings import EmbeddingCache, cache_folder
+from reviewer.models.clicks.sam import SamClicks
 from reviewer.models.interfaces import PairView
 from reviewer.models.registry import build_segmenter, settings_of
 from reviewer.models.segmenters.grounding import GroundingDino, _spans

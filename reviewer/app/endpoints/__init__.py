@@ -1,0 +1,1 @@
+"""HTTP endpoints and desk messages: what is asked, checked and answered."""

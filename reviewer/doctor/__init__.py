@@ -1,1 +1,0 @@
-"""What this machine can run, and whether its data is intact."""

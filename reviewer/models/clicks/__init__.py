@@ -1,0 +1,1 @@
+"""Click segmenters: find the object under clicks, and what they keep between clicks."""

@@ -1,0 +1,1 @@
+"""Change detectors: the difference of colours, and the learned nets."""

@@ -1,0 +1,1 @@
+"""Weights: where they come from, and the names they are known by."""

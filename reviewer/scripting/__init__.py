@@ -1,1 +1,0 @@
-"""Typed read access for scripts and notebooks: `reviewer.open(path)`."""
