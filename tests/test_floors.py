@@ -243,6 +243,28 @@ def test_every_module_says_what_it_is(path):
     assert ast.get_docstring(ast.parse(path.read_text()))
 
 
+STATE_WRITE = re.compile(
+    r"\bstate(?:\.\w+|\[\w+\])+\s*(?:(?:[-+*/|&?]{0,2}=(?![=>]))|\+\+|--)"
+    r"|Object\.assign\((?:this\.)?state\b"
+)
+
+
+def test_the_state_of_the_workbench_changes_only_through_its_own_methods():
+    assert all(
+        STATE_WRITE.search(line)
+        for line in ("state.tool = name;", "state[name] = 1", "Object.assign(this.state.pair, it)")
+    )
+    assert not STATE_WRITE.search('if (state.mode === "audit") act(() => state.view)')
+    writes = [
+        f"{path.name}:{number}: {line.strip()}"
+        for path in (ROOT / "static/js").rglob("*.js")
+        if path.name != "state.js" and "shell" not in path.parts
+        for number, line in enumerate(path.read_text().splitlines(), 1)
+        if STATE_WRITE.search(line)
+    ]
+    assert writes == []
+
+
 def test_help_imports_no_heavy_library():
     code = (
         "import sys; from typer.testing import CliRunner; from reviewer.cli import app;"
