@@ -111,7 +111,7 @@ export function actionsOf({ state, session, side, modes, looking }) {
     "next-proposal": () => walk(1),
     "previous-proposal": () => walk(-1),
     source: () => side.nextSource(),
-    ...Object.fromEntries(["agree", "adopt", "keep", "reject"].map((verdict) => [verdict, () => modes.judge(verdict)])),
+    ...Object.fromEntries(/** @type {const} */ (["agree", "adopt", "keep", "reject"]).map((verdict) => [verdict, () => modes.judge(verdict)])),
     ...Object.fromEntries([1, 2, 3, 4, 5].map((n) => [`reason-${n}`, () => side.reasons.pick(n - 1)])),
     submit: () => modes.submit(),
     approve: () => modes.approve(),

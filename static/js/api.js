@@ -1,7 +1,8 @@
 /**
  * Talk to the gateway: JSON over HTTP, and the desk's WebSocket. Knows URLs and errors, no state.
- * @import {ClickReply, Committed, DoubtfulRegionInfo, EdgePath, FromFrame, JudgedPair, LivePoint,
- *   MaskChange, MaskReply, Me, PairDetail, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateReply, ToFrame} from "./wire.js"
+ * @import {ClickChange, ClickReply, Committed, DoubtfulRegionInfo, EdgePath, FromFrame, JudgedPair, LivePoint,
+ *   MaskChange, MaskReply, Me, PairDetail, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateChange,
+ *   StateReply, ToFrame, VerdictChange} from "./wire.js"
  */
 
 /** An answer that is not 2xx: `status` and the problem's text. */
@@ -49,7 +50,7 @@ export const api = {
    * @returns {Promise<Committed>} */
   putMask: (id, revision, change) =>
     call(`/api/pairs/${id}/mask`, send("PUT", change, { "If-Match": `"${revision}"` })),
-  /** @param {number} id @param {string} state @param {number | null} revision that was looked at
+  /** @param {number} id @param {StateChange["state"]} state @param {number | null} revision that was looked at
    * @param {number} seconds of work since the last save @returns {Promise<StateReply>} */
   putState: (id, state, revision, seconds) =>
     call(`/api/pairs/${id}/state`, send("PUT", { state, active_seconds: Math.round(seconds * 10) / 10 },
@@ -63,7 +64,7 @@ export const api = {
   revisions: (id) => call(`/api/pairs/${id}/revisions`),
   /** @param {number} id @param {number} number @returns {Promise<MaskReply>} */
   revision: (id, number) => call(`/api/pairs/${id}/revisions/${number}`),
-  /** @param {number} id @param {object} prompt @param {AbortSignal} signal
+  /** @param {number} id @param {ClickChange} prompt @param {AbortSignal} signal
    * @returns {Promise<ClickReply>} */
   click: (id, prompt, signal) => call(`/api/pairs/${id}/click`, { ...send("POST", prompt), signal }),
   /** @param {number} id @param {string | null} run @param {{x: number, y: number}} at
@@ -103,7 +104,7 @@ export const api = {
   /** @param {number} id @param {string | null} run @param {number} number @param {string} label
    * @returns {Promise<PairDetail>} */
   label: (id, run, number, label) => call(`/api/pairs/${id}/labels/${number}`, send("PUT", { run, label })),
-  /** @param {number} region @param {string} verdict @param {{reason: string, comment: string}} why
+  /** @param {number} region @param {VerdictChange["verdict"]} verdict @param {{reason: string, comment: string}} why
    * @returns {Promise<JudgedPair>} */
   audit: (region, verdict, why) => call(`/api/regions/${region}/audit`, send("POST", { verdict, ...why })),
   /** @param {number} audit @param {boolean} stands false takes the verdict back

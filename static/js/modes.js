@@ -64,14 +64,14 @@ export class Modes {
   }
 
   /** Set a state that a finished pair keeps; a pair that is reviewed is left.
-   * @param {string} next */
+   * @param {import("./wire.js").StateChange["state"]} next */
   async close(next) {
     const { state } = this;
     if (!state.locked) return this.settle(next);
     if (state.reviewing) return this.step(1);
   }
 
-  /** Set a state and go on; in blind mode the disagreements come first. @param {string} next */
+  /** Set a state and go on; in blind mode the disagreements come first. @param {import("./wire.js").StateChange["state"]} next */
   async settle(next) {
     const { state, session, side, parts } = this;
     const { blind } = state;
@@ -119,7 +119,7 @@ export class Modes {
     if (!this.parts.next(by)) notice("The server cannot be reached just now.", true);
   }
 
-  /** Give a verdict on the selected region; the audit walks on. @param {string} verdict */
+  /** Give a verdict on the selected region; the audit walks on. @param {import("./wire.js").VerdictChange["verdict"]} verdict */
   async judge(verdict) {
     const { session, side, state } = this;
     await this.arrived();

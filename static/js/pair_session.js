@@ -127,7 +127,7 @@ export class PairSession {
     if (this.state.pair?.id === id) this.state.store(revision);
   }
 
-  /** @param {string} next @returns {Promise<boolean>} whether the state was set */
+  /** @param {import("./wire.js").StateChange["state"]} next @returns {Promise<boolean>} whether the state was set */
   async setState(next) {
     const { parts, saver, state } = this;
     const { pair } = state;

@@ -142,7 +142,7 @@ export class Side {
     if (go) this.looking.goToProposal();
   }
 
-  /** @param {string} verdict on the selected region @returns {Promise<boolean>} whether it was given */
+  /** @param {import("./wire.js").VerdictChange["verdict"]} verdict on the selected region @returns {Promise<boolean>} whether it was given */
   judge(verdict) {
     return this.session.verdicts.give(verdict, this.reasons);
   }

@@ -21,7 +21,7 @@ export class Verdicts {
     this.pending = Promise.resolve();
   }
 
-  /** @param {string} verdict on the selected region @param {Why} why
+  /** @param {import("./wire.js").VerdictChange["verdict"]} verdict on the selected region @param {Why} why
    * @returns {Promise<boolean>} whether it was given */
   give(verdict, why) {
     const work = this.send(verdict, why);
@@ -34,7 +34,7 @@ export class Verdicts {
     return Promise.allSettled([this.pending]);
   }
 
-  /** @param {string} verdict @param {Why} why */
+  /** @param {import("./wire.js").VerdictChange["verdict"]} verdict @param {Why} why */
   async send(verdict, why) {
     const { document, state } = this;
     const { region } = state;

@@ -17,7 +17,7 @@ const REASONS = {
   outside_warp: "outside the valid warp",
   better_object: "another object fits better",
 };
-const VERDICTS = ["agree", "adopt", "keep", "reject"];
+const VERDICTS = /** @type {const} */ (["agree", "adopt", "keep", "reject"]);
 const DASH = "–";
 const METHODS = { base: "without DoI", doi: "with DoI", audited: "after audit" };
 
@@ -29,7 +29,7 @@ const NAMES = { detector: "detector", object_live: "object", object_reference: "
 
 /** @param {HTMLElement} root @param {Proposal[]} proposals @param {Region[]} regions
  * @param {string | null} selected its key
- * @param {{select: (key: string) => void, verdict: (key: string, verdict: string) => void,
+ * @param {{select: (key: string) => void, verdict: (key: string, verdict: import("../wire.js").VerdictChange["verdict"]) => void,
  *   apply: (key: string, way: string) => void, shown: (action: string) => string}} on */
 export function drawProposals(root, proposals, regions, selected, on) {
   root.replaceChildren(...proposals.map((proposal) => {
@@ -39,7 +39,7 @@ export function drawProposals(root, proposals, regions, selected, on) {
     item.dataset.proposal = proposal.key;
     if (region) item.dataset.region = String(region.id);
     item.setAttribute("aria-selected", String(proposal.key === selected));
-    const verdict = (/** @type {string} */ given) => on.verdict(proposal.key, given);
+    const verdict = (/** @type {import("../wire.js").VerdictChange["verdict"]} */ given) => on.verdict(proposal.key, given);
     item.append(...(region ? regionLines(region, verdict, on.shown) : plainLines(proposal)));
     const ways = element("div", "ways");
     ways.append(...WAYS.map(([way, sign, action]) => {
@@ -78,7 +78,8 @@ function plainLines(proposal) {
   return [top, element("div", "terms", `${proposal.area} px${score}`)];
 }
 
-/** @param {Region} region @param {(verdict: string) => void} give @param {(action: string) => string} shown */
+/** @param {Region} region @param {(verdict: import("../wire.js").VerdictChange["verdict"]) => void} give
+ * @param {(action: string) => string} shown */
 function regionLines(region, give, shown) {
   const outcome = region.verdict && region.verdict !== "agree" ? region.verdict : region.choice;
   const top = element("div", "top");
@@ -116,7 +117,7 @@ function whyLines(region, outcome) {
   return lines;
 }
 
-/** @param {Region} region @param {string} verdict @param {() => void} give
+/** @param {Region} region @param {import("../wire.js").VerdictChange["verdict"]} verdict @param {() => void} give
  * @param {(action: string) => string} shown */
 function verdictButton(region, verdict, give, shown) {
   const button = document.createElement("button");
