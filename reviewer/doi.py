@@ -5,7 +5,7 @@ Estimation for Active Small Object Change Detection", section "Integration Modul
 the two masks do not overlap; O_l is adopted iff 0 < DoI < 0.9, else M_o is kept.
 
 Pure functions on bool (H, W) masks, True = changed or object; nothing here reads a file or knows
-the store. Callers: `pipeline.integrate`, `store` views by way of the records, the app's audit.
+the store. Callers: `pipeline.work`, `store` views by way of the records, the app's audit.
 
 Where the paper is open: scope `image` is the equation as written (one region a pair); scope
 `component` judges each live object against the 8-connected components of M_o that it touches. A

@@ -34,8 +34,8 @@ def export(
     consensus: Annotated[
         int,
         typer.Option(
-            help="Export the mask that most of at least this many people finished; ties are"
-            " ill-posed. 0 = ground truth.",
+            help="Export the pixels that more than half of the people agree on, where at least this"
+            " many finished; ties are ill-posed. 0 = ground truth.",
             min=0,
         ),
     ] = 0,

@@ -63,7 +63,7 @@ def list_doubtful(
     Orders: "threshold" by the distance of DoI to `high`; "loss" by what flipping the decision
     gains; "disagreement" first where a verdict opposes the decision or another verdict, then where
     the mask that a person drew does, most wrong pixels first. The last two need counted outcomes:
-    stored ones (`evaluation.refresh_terms`), or `unsaved` by region and outcome.
+    stored ones (`evaluation.outcomes.refresh_terms`), or `unsaved` by region and outcome.
 
     Opinions: "first" are regions that nobody judged, "second" those that others judged, and the
     annotator did not.

@@ -1,7 +1,7 @@
 """Browsers that are signed in. A row that is gone is signed out.
 
-The key of a row is made by `app.sessions` from what stands in the cookie and the server's token;
-neither can be found from it.
+The key of a row is made by `app.door.sessions` from what stands in the cookie and the server's
+token; neither can be found from it.
 """
 
 from __future__ import annotations

@@ -61,7 +61,7 @@ function move(from, to, masks) {
 }
 
 /** Flip the pixels of a patch. @param {Mask} mask @param {Patch} patch */
-export function flip(mask, { box, flips }) {
+function flip(mask, { box, flips }) {
   let bit = 0;
   for (let y = box.y0; y < box.y1; y++) {
     for (let i = y * mask.width + box.x0, end = i + box.x1 - box.x0; i < end; i++, bit++) {

@@ -28,6 +28,7 @@ export class PairSession {
       // The tab names this window among the person's others, so that its newer clicks drop its older.
       ask: (body, signal) => askClick(state, saver.tab, body, signal),
       locate: (at) => livePoint(state, at),
+      mask: () => this.document.mask,
       changed, notice: parts.notice, waiting: parts.waiting,
     });
     const tools = toolbox(pointing, { pixels: parts.pixels, tolerance: () => state.tolerance,

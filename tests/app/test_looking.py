@@ -5,7 +5,6 @@ import sqlite3
 import numpy as np
 import pytest
 from people import draw
-from test_auditing import walk
 
 from reviewer.editing.commit import MaskEdit
 from reviewer.evaluation.counting import refresh_counts
@@ -23,6 +22,10 @@ def refused(db, monkeypatch):
         raise sqlite3.OperationalError("database or disk is full")
 
     return lambda: (monkeypatch.setattr(db, "submit", submit), asked)[1]
+
+
+def walk(client, **query):
+    return client.get("/api/audit-queue", params=query).json()
 
 
 def gains(client):

@@ -12,6 +12,7 @@ import { drawn, rows } from "./masks.js";
 const SIZE = { width: 8, height: 6 };
 const EMPTY = Array(6).fill("........");
 const FOUND = ["........", "..##....", "..##....", "........", "........", "........"];
+const FULL = EMPTY.map((row) => row.replaceAll(".", "#"));
 const plain = { shift: false, alt: false, right: false };
 
 /** A hand over an empty mask, a server that finds FOUND, and what it saved and told. */
@@ -28,7 +29,7 @@ function deskOf() {
   const pointing = new Pointing({
     ask: (body) => { asked.push(body); return Promise.resolve(reply); },
     locate: (at) => new Promise((there) => desk.located.push(() => there({ x: at.x + 1, y: at.y }))),
-    changed, notice: (text) => notices.push(text), waiting: () => {},
+    mask: () => document.mask, changed, notice: (text) => notices.push(text), waiting: () => {},
   });
   const tools = toolbox(pointing, { pixels: () => new Uint8ClampedArray(4 * 48), tolerance: () => 0,
     path: async (from, to) => [from, to], changed });
@@ -169,6 +170,15 @@ test("a click on the reference as it was taken asks at its place in the live ima
   desk.located[0]();
   await new Promise((done) => setTimeout(done));
   assert.deepEqual(desk.asked[0].clicks.map(({ x, y }) => [x, y]), [[2.5, 1.5]]);
+});
+
+test("what a click on the reference corrects is the mask as it is when its place arrives", async () => {
+  desk.hand.take("click");
+  desk.hand.begin({ x: 1.5, y: 1.5 }, plain, "raw reference");
+  desk.document.load(SIZE, encode(drawn(...FULL)), "", undefined);
+  desk.located[0]();
+  await new Promise((done) => setTimeout(done));
+  assert.equal(desk.asked[0].previous.counts, encode(drawn(...FULL)));
 });
 
 test("a place that comes after the click was given up is dropped", async () => {

@@ -157,7 +157,7 @@ export function drawScores(root, scores) {
 }
 
 /** Blue at 0, yellow at 0.5, red at 1: as the server colours the DoI layer. @param {number} doi */
-export function doiColour(doi) {
+function doiColour(doi) {
   const stops = [[70, 170, 255], [255, 214, 64], [255, 64, 90]];
   const k = doi <= 0.5 ? 0 : 1;
   const t = (doi - k * 0.5) / 0.5;

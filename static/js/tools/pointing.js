@@ -18,9 +18,10 @@ const PATIENCE_MS = 300;
 
 export class Pointing {
   /** @param {{ask: (body: object, signal: AbortSignal) => Promise<Reply>,
-   *   locate: (at: Point) => Promise<Point>, changed: () => void,
+   *   locate: (at: Point) => Promise<Point>, mask: () => Mask, changed: () => void,
    *   notice: (text: string, bad?: boolean) => void, waiting: (text: string) => void}} on
-   *   locate: where a point of the reference as it was taken lies in the live image */
+   *   locate: where a point of the reference as it was taken lies in the live image;
+   *   mask: the layer that is drawn, as it is now */
   constructor(on) {
     this.on = on;
     this.name = "click";
@@ -93,7 +94,7 @@ export class Pointing {
 
   /** @param {Mask} mask @param {Point} at @param {import("./hand.js").Options} options */
   enter(mask, at, options) {
-    if (options.picture === "raw reference") this.enterElsewhere(mask, at, options);
+    if (options.picture === "raw reference") this.enterElsewhere(at, options);
     else this.press(at, options);
     return null;
   }
@@ -104,15 +105,16 @@ export class Pointing {
   }
 
   /** The reference as it was taken has a frame of its own: its click belongs elsewhere in the live one.
-   * @param {Mask} mask @param {Point} at @param {import("./hand.js").Options} options */
-  async enterElsewhere(mask, at, options) {
+   * @param {Point} at @param {import("./hand.js").Options} options */
+  async enterElsewhere(at, options) {
     const { begun } = this;
     this.pressed = null;
     try {
       const there = await this.on.locate(at);
       if (begun !== this.begun) return;
       this.press(there, options);
-      await this.release(mask);
+      // It may have been cleaned up meanwhile.
+      await this.release(this.on.mask());
     } catch (error) {
       this.on.notice(error instanceof Error ? error.message : String(error), true);
     }
