@@ -30,10 +30,10 @@ SHOWN = 5
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One check: its subject, its state, and the finding."""
+    """One check: its subject, the finding, and what was found."""
 
     subject: str
-    verdict: Finding
+    finding: Finding
     found: str
 
 
@@ -130,8 +130,8 @@ def check_disk(db: Path | None) -> Iterator[Check]:
     while not folder.exists():
         folder = folder.parent
     free = shutil.disk_usage(folder).free
-    verdict: Finding = "good" if free >= LEAST_FREE else "bad"
-    yield Check("disk", verdict, f"{free / 2**30:.1f} GiB free in {folder}")
+    finding: Finding = "good" if free >= LEAST_FREE else "bad"
+    yield Check("disk", finding, f"{free / 2**30:.1f} GiB free in {folder}")
 
 
 def check_browser() -> Check:

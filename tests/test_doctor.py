@@ -18,7 +18,7 @@ def by_subject(found):
 
 def test_a_sound_database_is_good_and_missing_weights_are_notes(db, tiny_split):
     found = by_subject(check_all(db.path, deep=True))
-    assert {c.verdict for c in found.values()} == {"good", "note"}
+    assert {c.finding for c in found.values()} == {"good", "note"}
     assert found["images"].found == "6, hashes as imported"
     assert found["model sam2-tiny"].found == "not here; reviewer models fetch sam2-tiny"
     assert "cpu" in found["device"].found or "cuda" in found["device"].found
@@ -29,7 +29,7 @@ def test_images_that_are_gone_or_changed_are_bad(db, tiny_split):
     tiny_split[0].live.path.unlink()
     tiny_split[1].live.path.write_bytes(tiny_split[2].live.path.read_bytes())
     quick = by_subject(check_store(db.path, deep=False))["images"]
-    assert quick.verdict == "bad" and "0000.png is gone" in quick.found
+    assert quick.finding == "bad" and "0000.png is gone" in quick.found
     deep = by_subject(check_store(db.path, deep=True))["images"]
     assert "0001.png has changed since its import" in deep.found
 
@@ -43,17 +43,17 @@ def test_a_row_that_points_nowhere_and_a_file_that_is_no_database_are_bad(db, ti
     raw.commit()
     raw.close()
     found = by_subject(check_store(db.path, deep=False))["database"]
-    assert found.verdict == "bad" and "points to a row of images" in found.found
+    assert found.finding == "bad" and "points to a row of images" in found.found
     text = tmp_path / "text.db"
     text.write_text("no database at all, but long enough to be looked at as a header" * 30)
-    assert by_subject(check_store(text, deep=False))["database"].verdict == "bad"
+    assert by_subject(check_store(text, deep=False))["database"].finding == "bad"
 
 
 def test_a_full_disk_is_bad_and_no_database_is_a_note(tmp_path, monkeypatch):
     monkeypatch.setattr(checks, "LEAST_FREE", 2**80)
     found = by_subject(check_all(tmp_path / "none.db", deep=False))
-    assert found["disk"].verdict == "bad"
-    assert found["database"].verdict == "note" and "reviewer import" in found["database"].found
+    assert found["disk"].finding == "bad"
+    assert found["database"].finding == "note" and "reviewer import" in found["database"].found
 
 
 def test_a_damaged_page_is_bad_and_names_the_way_out(db):
@@ -67,4 +67,4 @@ def test_a_damaged_page_is_bad_and_names_the_way_out(db):
             file.seek(int(size * place) // 4096 * 4096)
             file.write(b"\xa5" * 4096 * 8)
         found = by_subject(check_store(path, deep=False))["database"]
-        assert found.verdict == "bad" and "restore it from a backup" in found.found
+        assert found.finding == "bad" and "restore it from a backup" in found.found

@@ -26,13 +26,13 @@ def found(
 ) -> None:
     """List what was found: name, pair, place, time, DoI, verdict."""
     from reviewer.evaluation.tables import csv_text
-    from reviewer.found.listing import list_items
+    from reviewer.found.listing import list_named_finds
     from reviewer.found.page import found_page
     from reviewer.store.runs import run_or_newest
 
     with open_store(db) as store:
         chosen = run_or_newest(store, run)
-        items = list_items(store, chosen.id, " ".join(search or []), kept=every)
+        items = list_named_finds(store, chosen.id, " ".join(search or []), kept=every)
         page = found_page(store, chosen.name, items) if format == "html" else ""
     rows = [item.row() for item in items]
     if format == "html":

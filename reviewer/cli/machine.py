@@ -79,6 +79,6 @@ def doctor(
         typer.echo(json.dumps([asdict(check) for check in checks], indent=1))
     else:
         for check in checks:
-            typer.echo(f"{SIGN[check.verdict]} {check.subject}: {check.found}")
-    if any(check.verdict == "bad" for check in checks):
+            typer.echo(f"{SIGN[check.finding]} {check.subject}: {check.found}")
+    if any(check.finding == "bad" for check in checks):
         raise typer.Exit(1)

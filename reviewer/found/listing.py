@@ -16,7 +16,7 @@ FIRST_DATE = 1e8
 
 
 @dataclass(frozen=True, slots=True)
-class Item:
+class NamedFind:
     """A find under its name."""
 
     name: str
@@ -63,7 +63,9 @@ class Item:
         }
 
 
-def list_items(store: Store, run_id: int, search: str = "", *, kept: bool = False) -> list[Item]:
+def list_named_finds(
+    store: Store, run_id: int, search: str = "", *, kept: bool = False
+) -> list[NamedFind]:
     """Return what was found: the most frequent names first, finds without a name last.
 
     Args:
@@ -71,7 +73,7 @@ def list_items(store: Store, run_id: int, search: str = "", *, kept: bool = Fals
         kept: also what the detector says without an object for it.
     """
     items = [
-        Item(find.given_name or merge_name(find.labels), find)
+        NamedFind(find.given_name or merge_name(find.labels), find)
         for find in list_finds(store, run_id, kept=kept)
     ]
     words = search.lower().split()
@@ -80,7 +82,7 @@ def list_items(store: Store, run_id: int, search: str = "", *, kept: bool = Fals
     return sorted(items, key=lambda i: (i.name == UNNAMED, -often[i.name], i.name))
 
 
-def named_alike(items: Sequence[Item], item: Item) -> list[int]:
+def named_alike(items: Sequence[NamedFind], item: NamedFind) -> list[int]:
     """Return the regions of a list that a new name of an item is for: all of its name, but of
     those that have no name only itself."""
     if item.name == UNNAMED:
@@ -88,7 +90,7 @@ def named_alike(items: Sequence[Item], item: Item) -> list[int]:
     return [other.find.region_id for other in items if other.name == item.name]
 
 
-def _holds(item: Item, words: Sequence[str]) -> bool:
+def _holds(item: NamedFind, words: Sequence[str]) -> bool:
     text = " ".join(str(value) for value in item.row().values()).lower()
     text = f"{text} {item.find.labels.lower()}"
     return all(word in text for word in words)

@@ -6,7 +6,7 @@ import base64
 import html
 from collections.abc import Sequence
 
-from reviewer.found.listing import Item
+from reviewer.found.listing import NamedFind
 from reviewer.found.names import UNNAMED
 from reviewer.found.thumbnails import draw_thumbnail
 from reviewer.store.database import Store
@@ -36,7 +36,7 @@ field.oninput = () => {
 """
 
 
-def found_page(store: Store, run: str, items: Sequence[Item]) -> str:
+def found_page(store: Store, run: str, items: Sequence[NamedFind]) -> str:
     """Return the page of a list; pictures are read from the images of the database."""
     names = {item.name for item in items} - {UNNAMED}
     counted = (
@@ -56,7 +56,7 @@ def found_page(store: Store, run: str, items: Sequence[Item]) -> str:
 """
 
 
-def _card(store: Store, item: Item) -> str:
+def _card(store: Store, item: NamedFind) -> str:
     picture = base64.b64encode(draw_thumbnail(store, item.find)).decode()
     seen = f"seen from {item.place} m" if item.place else ""
     lines = [

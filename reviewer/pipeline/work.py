@@ -53,7 +53,7 @@ class PairTask:
 
 
 @dataclass(slots=True)
-class PairOutcome:
+class PairReport:
     """What was done for a pair, and the stage that failed with the reason."""
 
     pair: Pair
@@ -68,9 +68,9 @@ class PairWorker:
         self._settings = settings
         self._members = members
 
-    def do(self, task: PairTask) -> PairOutcome:
+    def do(self, task: PairTask) -> PairReport:
         """Do the stages of a task until one fails; a failure is an outcome, never an exception."""
-        outcome = PairOutcome(task.pair)
+        outcome = PairReport(task.pair)
         bench = Bench(self._settings, self._members, task.pair, task.known)
         for stage, key in task.todo:
             try:

@@ -4,7 +4,7 @@ import pytest
 from playwright.sync_api import expect
 from workbench import wait_title
 
-from reviewer.found.listing import list_items
+from reviewer.found.listing import list_named_finds
 from reviewer.store.layers import load_labels, load_objects
 
 pytestmark = pytest.mark.browser
@@ -37,7 +37,7 @@ def test_a_name_is_written_over_and_searched_then_found_under_another(
     page.locator("input[value='pen']").fill("fountain pen")
     page.locator("input[value='fountain pen']").press("Enter")
     page.wait_for_timeout(600)
-    assert {i.name for i in list_items(server.store, run.id)} == {"fountain pen", "wallet"}
+    assert {i.name for i in list_named_finds(server.store, run.id)} == {"fountain pen", "wallet"}
     expect(page.locator("img[src^='/api/found/']")).to_have_count(2)
     assert page.locator("img[src^='/api/found/']").first.evaluate("e => e.naturalWidth") == 176
     page.get_by_role("button", name="Open cs1/0001").click()

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from reviewer.cli import app
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import NotFound
-from reviewer.found.listing import list_items, named_alike
+from reviewer.found.listing import list_named_finds, named_alike
 from reviewer.found.names import UNNAMED, merge_name
 from reviewer.found.thumbnails import RIM, SIDE, draw_thumbnail
 from reviewer.store.finds import find_of_region, finds_version, name_finds
@@ -43,7 +43,7 @@ def labelled(db, run):
 
 
 def test_what_was_adopted_is_listed_under_merged_names(db, labelled):
-    items = list_items(db, labelled.id)
+    items = list_named_finds(db, labelled.id)
     assert [(item.name, item.title) for item in items] == [("pen", "cs1/0000"), ("pen", "cs1/0001")]
     first = items[0]
     assert first.place == "0.03, 0.00" and first.when == "100.0 s"
@@ -51,40 +51,40 @@ def test_what_was_adopted_is_listed_under_merged_names(db, labelled):
 
 
 def test_every_word_of_a_search_must_occur(db, labelled):
-    assert len(list_items(db, labelled.id, "PEN 0001")) == 1
-    assert list_items(db, labelled.id, "pen wallet") == []
+    assert len(list_named_finds(db, labelled.id, "PEN 0001")) == 1
+    assert list_named_finds(db, labelled.id, "pen wallet") == []
 
 
 def test_a_given_name_counts_before_the_label_and_can_be_taken_back(db, labelled):
-    region = list_items(db, labelled.id)[0].find.region_id
+    region = list_named_finds(db, labelled.id)[0].find.region_id
     ada = annotator_id(db, "Ada")
     name_finds(db, [region], "fountain pen", ada)
-    assert {item.name for item in list_items(db, labelled.id)} == {"fountain pen", "pen"}
+    assert {item.name for item in list_named_finds(db, labelled.id)} == {"fountain pen", "pen"}
     name_finds(db, [region], "", ada)
-    assert {item.name for item in list_items(db, labelled.id)} == {"pen"}
+    assert {item.name for item in list_named_finds(db, labelled.id)} == {"pen"}
     with pytest.raises(NotFound, match="does not exist any more"):
         name_finds(db, [region, 999], "pen", ada)
 
 
 def test_a_new_name_is_for_all_of_that_name_but_for_one_that_has_none(db, run, labelled):
-    items = list_items(db, labelled.id)
+    items = list_named_finds(db, labelled.id)
     assert named_alike(items, items[0]) == [item.find.region_id for item in items]
     db.write(lambda c: c.execute("UPDATE objects SET label = ''"))
-    nameless = list_items(db, labelled.id)
+    nameless = list_named_finds(db, labelled.id)
     assert {item.name for item in nameless} == {UNNAMED}
     assert named_alike(nameless, nameless[1]) == [nameless[1].find.region_id]
 
 
 def test_verdicts_decide_what_was_found(db, labelled):
-    region = list_items(db, labelled.id)[0].find.region_id
+    region = list_named_finds(db, labelled.id)[0].find.region_id
     ada = annotator_id(db, "Ada")
     give_verdict(db, region, ada, "reject")
-    assert [item.title for item in list_items(db, labelled.id)] == ["cs1/0001"]
+    assert [item.title for item in list_named_finds(db, labelled.id)] == ["cs1/0001"]
     with pytest.raises(NotFound, match="is not among what was found"):
         find_of_region(db, region)
     give_verdict(db, region, ada, "keep")
-    assert len(list_items(db, labelled.id)) == 1
-    kept = list_items(db, labelled.id, kept=True)
+    assert len(list_named_finds(db, labelled.id)) == 1
+    kept = list_named_finds(db, labelled.id, kept=True)
     assert [item.verdict for item in kept if item.title == "cs1/0000"] == ["keep (a person)"]
 
 
@@ -97,7 +97,7 @@ def test_a_name_said_of_the_whole_mask_names_its_one_object(db, run):
                           [run.id, k, component, label])  # fmt: skip
 
         db.write(work)
-        return list_items(db, run.id)[0].name
+        return list_named_finds(db, run.id)[0].name
 
     assert say((None, "pen")) == "pen"
     assert say((0, "cup"), (None, "pen")) == "cup"
@@ -107,7 +107,7 @@ def test_a_name_said_of_the_whole_mask_names_its_one_object(db, run):
 
 
 def test_a_thumbnail_shows_the_thing_with_its_rim(db, labelled):
-    find = list_items(db, labelled.id)[0].find
+    find = list_named_finds(db, labelled.id)[0].find
     picture = cv2.imdecode(np.frombuffer(draw_thumbnail(db, find), np.uint8), cv2.IMREAD_COLOR)
     assert picture.shape == (SIDE, SIDE, 3)
     middle = picture[SIDE // 2, SIDE // 2, ::-1].astype(int)
@@ -136,7 +136,7 @@ def test_the_command_writes_a_table_csv_and_a_page_of_its_own(db, labelled, tmp_
 
 
 def test_names_are_text_in_the_page_not_markup(db, labelled, tmp_path):
-    region = list_items(db, labelled.id)[0].find.region_id
+    region = list_named_finds(db, labelled.id)[0].find.region_id
     name_finds(db, [region], "<script>alert(1)</script>", annotator_id(db, "Ada"))
     page = call("found", "--format", "html", "--db", str(db.path)).output
     assert "&lt;script&gt;alert" in page and "<script>alert" not in page
@@ -149,7 +149,7 @@ def test_a_database_without_a_run_says_so(db, tiny_split):
 
 def test_the_version_changes_with_all_that_the_list_shows(db, labelled):
     seen = [finds_version(db, labelled.id)]
-    region = list_items(db, labelled.id)[0].find.region_id
+    region = list_named_finds(db, labelled.id)[0].find.region_id
     ada = annotator_id(db, "Ada")
     for change in (
         lambda: name_finds(db, [region], "pen", ada),

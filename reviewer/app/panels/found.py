@@ -13,7 +13,7 @@ import viser
 
 from reviewer.app.desks import Desk
 from reviewer.errors import ReviewerError
-from reviewer.found.listing import Item, list_items, named_alike
+from reviewer.found.listing import NamedFind, list_named_finds, named_alike
 from reviewer.found.names import UNNAMED
 from reviewer.store.finds import finds_version, name_finds
 
@@ -27,7 +27,7 @@ class FoundPanel:
         """Build the widgets in a tab of the queue's panel."""
         self._desk = desk
         self._page = 0
-        self._items: list[Item] = []
+        self._items: list[NamedFind] = []
         self._listed: object = None
         self._filling = False
         gui = client.gui
@@ -78,7 +78,7 @@ class FoundPanel:
 
         return card, name, button
 
-    def _at(self, place: int) -> Item | None:
+    def _at(self, place: int) -> NamedFind | None:
         index = self._page * ROWS + place
         return self._items[index] if index < len(self._items) else None
 
@@ -91,7 +91,9 @@ class FoundPanel:
             wanted = (version, self._search.value)
             if wanted != self._listed:
                 self._listed = wanted
-                found = [] if run is None else list_items(desk.store, run.id, self._search.value)
+                found = (
+                    [] if run is None else list_named_finds(desk.store, run.id, self._search.value)
+                )
                 self._items = found
             last = max(0, (len(self._items) - 1) // ROWS)
             self._page = min(max(self._page, 0), last)
@@ -109,7 +111,7 @@ class FoundPanel:
             self._filling = False
 
 
-def _summary(items: list[Item], page: int, last: int) -> str:
+def _summary(items: list[NamedFind], page: int, last: int) -> str:
     names = len({item.name for item in items if item.name != UNNAMED})
     text = f"<b>{len(items)}</b> things, {names} names &middot; page {page + 1} of {last + 1}"
     if not items:
@@ -117,7 +119,7 @@ def _summary(items: list[Item], page: int, last: int) -> str:
     return f'<div style="padding:.4em .75em;font-size:.8em">{text}</div>'
 
 
-def _card(item: Item) -> str:
+def _card(item: NamedFind) -> str:
     seen = f"from {item.place} m" if item.place else ""
     lines = [
         ", ".join(part for part in (seen, item.when) if part),

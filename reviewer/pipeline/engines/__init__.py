@@ -11,13 +11,13 @@ from typing import Any, Protocol
 
 from reviewer.pipeline.members import build_members
 from reviewer.pipeline.settings import PipelineSettings
-from reviewer.pipeline.work import PairOutcome, PairTask, PairWorker
+from reviewer.pipeline.work import PairReport, PairTask, PairWorker
 
 
 class Engine(Protocol):
     """Does tasks, in any order."""
 
-    def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairOutcome]:
+    def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairReport]:
         """Yield one outcome per task.
 
         Raises:
@@ -34,7 +34,7 @@ class LateWorker:
         self._settings = settings
         self._worker: PairWorker | None = None
 
-    def do(self, task: PairTask) -> PairOutcome:
+    def do(self, task: PairTask) -> PairReport:
         """Do one task."""
         if self._worker is None:
             settings = PipelineSettings.of_record(self._settings)
@@ -42,8 +42,8 @@ class LateWorker:
         return self._worker.do(task)
 
 
-def lost(task: PairTask, what: str) -> PairOutcome:
+def lost(task: PairTask, what: str) -> PairReport:
     """Return the outcome of a task that killed its worker."""
     stage = task.todo[0][0]
     reason = f"the {what} died over this pair, twice: out of memory, or a crash in a library"
-    return PairOutcome(task.pair, failure=(stage, reason))
+    return PairReport(task.pair, failure=(stage, reason))

@@ -18,7 +18,7 @@ from typing import Any
 from reviewer.errors import InvalidInput, ReviewerError
 from reviewer.pipeline.engines import LateWorker, lost
 from reviewer.pipeline.settings import PipelineSettings
-from reviewer.pipeline.work import PairOutcome, PairTask
+from reviewer.pipeline.work import PairReport, PairTask
 
 TRIES = 2
 
@@ -63,7 +63,7 @@ class RayEngine:
         except (OSError, ValueError, RuntimeError) as error:
             raise InvalidInput(f"--address {address}: no Ray cluster answers, {error}") from error
 
-    def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairOutcome]:
+    def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairReport]:
         """Yield one outcome per task."""
         source = iter(tasks)
         idle = [self._start() for _ in range(self._workers)]
@@ -95,11 +95,11 @@ class RayEngine:
             for actor in [*idle, *(entry[0] for entry in busy.values())]:
                 self._ray.kill(actor)
 
-    def _read(self, reference: Any) -> PairOutcome | None:
+    def _read(self, reference: Any) -> PairReport | None:
         """Return an outcome; None when its worker was lost."""
         errors = self._ray.exceptions
         try:
-            outcome: PairOutcome = self._ray.get(reference)
+            outcome: PairReport = self._ray.get(reference)
         except errors.RayTaskError as error:
             cause = error.cause
             if isinstance(cause, ReviewerError):

@@ -25,7 +25,7 @@ from typing import Any
 from reviewer.pipeline.engines import LateWorker, lost
 from reviewer.pipeline.members import Members
 from reviewer.pipeline.settings import PipelineSettings
-from reviewer.pipeline.work import PairOutcome, PairTask, PairWorker
+from reviewer.pipeline.work import PairReport, PairTask, PairWorker
 
 AHEAD = 2
 """Tasks that wait for each worker, so that none waits for the store."""
@@ -38,13 +38,13 @@ class InProcess:
         self._worker = PairWorker(settings, members)
         self._threads = threads
 
-    def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairOutcome]:
+    def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairReport]:
         """Yield one outcome per task."""
         if self._threads == 1:
             yield from map(self._worker.do, tasks)
             return
         with ThreadPoolExecutor(self._threads) as pool:
-            pending: set[Future[PairOutcome]] = set()
+            pending: set[Future[PairReport]] = set()
             for task in tasks:
                 pending.add(pool.submit(self._worker.do, task))
                 if len(pending) >= AHEAD * self._threads:
@@ -60,7 +60,7 @@ class Processes:
         self._settings = settings
         self._workers = workers
 
-    def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairOutcome]:
+    def outcomes(self, tasks: Iterable[PairTask]) -> Iterator[PairReport]:
         """Yield one outcome per task."""
         source = iter(tasks)
         suspects: list[PairTask] = []
@@ -73,9 +73,9 @@ class Processes:
 
     def _until_broken(
         self, source: Iterator[PairTask], suspects: list[PairTask]
-    ) -> Generator[PairOutcome, None, bool]:
+    ) -> Generator[PairReport, None, bool]:
         """Yield outcomes until all tasks are done (return False) or a process died (True)."""
-        pending: dict[Future[PairOutcome], PairTask] = {}
+        pending: dict[Future[PairReport], PairTask] = {}
         with self._pool(self._workers) as pool:
             try:
                 for task in source:
@@ -92,7 +92,7 @@ class Processes:
                 raise
         return False
 
-    def _alone(self, task: PairTask) -> PairOutcome:
+    def _alone(self, task: PairTask) -> PairReport:
         with self._pool(1) as pool:
             try:
                 return pool.submit(_do, task).result()
@@ -109,7 +109,7 @@ class Processes:
         )
 
 
-def _submit(pool: Executor, task: PairTask, suspects: list[PairTask]) -> Future[PairOutcome]:
+def _submit(pool: Executor, task: PairTask, suspects: list[PairTask]) -> Future[PairReport]:
     try:
         return pool.submit(_do, task)
     except BrokenProcessPool:
@@ -117,7 +117,7 @@ def _submit(pool: Executor, task: PairTask, suspects: list[PairTask]) -> Future[
         raise
 
 
-def _finished(pending: dict[Future[PairOutcome], PairTask]) -> Iterator[PairOutcome]:
+def _finished(pending: dict[Future[PairReport], PairTask]) -> Iterator[PairReport]:
     """Wait for at least one outcome; a future leaves `pending` only when its outcome is read."""
     done, _ = wait(pending, return_when=FIRST_COMPLETED)
     for future in done:
@@ -150,6 +150,6 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
-def _do(task: PairTask) -> PairOutcome:
+def _do(task: PairTask) -> PairReport:
     assert _worker is not None, "a worker process begins with _begin"
     return _worker.do(task)
