@@ -78,12 +78,12 @@ def try_object(
     return Trial(size, start, needed, ious[min(1, len(ious) - 1)], boundary, tuple(seconds))
 
 
-def run_trials(segmenter: ClickSegmenter, db: Path, every: int) -> list[Trial]:
-    """Try every object of the pairs from both starts."""
+def run_trials(segmenter: ClickSegmenter, db: Path, every: int, least: int = 1) -> list[Trial]:
+    """Try every object of at least so many pixels from both starts."""
     trials = []
     for pair in load_pairs(db, every):
         embedding = segmenter.embed(pair.live, pair.warped)
-        for thing in objects_of(pair.truth):
+        for thing in objects_of(pair.truth, least):
             near = pair.detected & around(thing) & ~(pair.truth & ~thing)
             empty = np.zeros_like(thing)
             trials.append(try_object(segmenter, embedding, thing, empty, "empty"))

@@ -22,26 +22,25 @@ from typing import get_args
 import cv2
 import numpy as np
 import torch
-from clicks import Trial, try_object
-from objects import SIZES, ScenePair, around, load_pairs, objects_of
+from clicks import Trial, run_trials
+from objects import SIZES, objects_of
 from real_sets import write_sets
 
 from reviewer.dataset.importer import import_split
 from reviewer.dataset.settings import ImportSettings
 from reviewer.editing.proposals import list_proposals
 from reviewer.evaluation.counting import refresh_counts
+from reviewer.flows.running import RunOrder, run_stages
 from reviewer.masks import decode_rle, intersection_over_union
 from reviewer.metrics import Counts, f_score
-from reviewer.models.interfaces import ClickSegmenter
 from reviewer.models.registry import build_click_segmenter
-from reviewer.pipeline.members import build_members
-from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.pipeline.stored import warped_reference
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
-from reviewer.store.pairs import list_pairs, pair_ids
+from reviewer.store.pairs import list_pairs
 from reviewer.store.results import finished_pairs
+from reviewer.store.runs import run_of_name
 from reviewer.store.scores import pair_counts
 from reviewer.store.truth import truth_of_pair
 from reviewer.words import ProposalSource
@@ -80,12 +79,10 @@ def open_set(store: Store, folders: Sequence[Path], name: str) -> None:
 
 def run_of(store: Store, aligner: str) -> Run:
     """Make a run with the defaults but for the aligner."""
-    settings = PipelineSettings(aligner=aligner)
-    members = build_members(settings)
-    run = prepare_run(store, f"real {aligner}", settings, members)
-    run_pipeline(store, run, pair_ids(store), workers=2)
+    order = RunOrder(PipelineSettings(aligner=aligner), f"real {aligner}")
+    run_stages(store, order)
     refresh_counts(store)
-    return run
+    return run_of_name(store, f"real {aligner}")
 
 
 def score_run(store: Store, run: Run) -> Scores:
@@ -130,18 +127,6 @@ def _truth(store: Store, pair: Pair) -> np.ndarray:
     truth = truth_of_pair(store, pair.id)
     assert truth is not None, pair.title
     return decode_rle(truth.mask)
-
-
-def click_all(segmenter: ClickSegmenter, pairs: Sequence[ScenePair]) -> list[Trial]:
-    """Click every changed object from an empty mask and from the detector's pixels."""
-    trials = []
-    for pair in pairs:
-        embedding = segmenter.embed(pair.live, pair.warped)
-        for thing in objects_of(pair.truth, LEAST_PX):
-            near = pair.detected & around(thing) & ~(pair.truth & ~thing)
-            for start, mask in (("empty", np.zeros_like(thing)), ("detector", near)):
-                trials.append(try_object(segmenter, embedding, thing, mask, start))
-    return trials
 
 
 def figures_of(
@@ -217,11 +202,11 @@ def main() -> None:
             db = Path(place) / f"{name}.db"
             with Store(db, create=True) as store:
                 open_set(store, folders, name)
-                # The newest run is what `load_pairs` reads.
+                # The newest run is what the clicks read.
                 runs = {aligner: run_of(store, aligner) for aligner in reversed(aligners)}
                 scores[name] = {aligner: score_run(store, runs[aligner]) for aligner in aligners}
                 covered += coverage(store, runs[aligners[0]])
-            trials += click_all(segmenter, list(load_pairs(db)))
+            trials += run_trials(segmenter, db, 1, LEAST_PX)
     figures = figures_of(scores, covered, trials, aligners[0])
     if given.json:
         print(json.dumps(figures))

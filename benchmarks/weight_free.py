@@ -17,17 +17,17 @@ from statistics import median
 from objects import objects_of
 
 from reviewer.evaluation.counting import refresh_counts
+from reviewer.flows.running import RunOrder, run_stages
 from reviewer.masks import decode_rle, intersection_over_union
 from reviewer.metrics import Counts, f_score
-from reviewer.pipeline.members import build_members
-from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment, load_objects
-from reviewer.store.pairs import list_pairs, pair_ids
+from reviewer.store.pairs import list_pairs
 from reviewer.store.results import finished_pairs
 from reviewer.store.revisions import newest_revision
+from reviewer.store.runs import run_of_name
 from reviewer.store.scores import pair_counts
 
 DEMO = Path(__file__).resolve().parent.parent / "demo-data/world-7-4/reviewer.db"
@@ -40,10 +40,9 @@ def make_runs(store: Store) -> dict[str, Run]:
     """Do what is not done yet."""
     runs = {}
     for aligner in ALIGNERS:
-        settings = PipelineSettings(aligner=aligner)
-        members = build_members(settings)
-        runs[aligner] = prepare_run(store, f"weight-free {aligner}", settings, members)
-        run_pipeline(store, runs[aligner], pair_ids(store), workers=2)
+        name = f"weight-free {aligner}"
+        run_stages(store, RunOrder(PipelineSettings(aligner=aligner), name))
+        runs[aligner] = run_of_name(store, name)
     refresh_counts(store)
     return runs
 
