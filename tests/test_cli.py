@@ -328,7 +328,7 @@ def test_the_doctors_exit_code_tells_scripts(folder):
     call("import", "data")
     sound = call("doctor", "--json")
     assert sound.exit_code == 0, sound.output
-    assert {check["verdict"] for check in json.loads(sound.output)} <= {"good", "note"}
+    assert {check["finding"] for check in json.loads(sound.output)} <= {"good", "note"}
     (folder / "data" / "cs1" / "live" / "0000.png").unlink()
     broken = call("doctor")
     assert broken.exit_code == 1 and "✗ images:" in broken.output

@@ -156,11 +156,12 @@ export class Modes {
   /** Show a region of the walk. @param {import("./audit_walk.js").Stop} stop */
   async show(stop) {
     const { walk, state, side, parts } = this;
-    $("walk").textContent = walk.progress;
     if (stop.pair !== state.pair?.id) await parts.open(stop.pair, walk.run);
     await side.load();
     const proposal = state.proposals.find((each) => each.region_id === stop.region);
     if (proposal) side.select(proposal.key, true);
+    // The count is of what is seen, not of what is on its way.
+    $("walk").textContent = walk.progress;
   }
 
   /** Wait until what is being opened is there. */
