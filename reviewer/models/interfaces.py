@@ -34,14 +34,18 @@ class Alignment:
 
     Attributes:
         flow: float32 (H, W, 2), (dx, dy) in pixels: live (x, y) shows reference (x + dx, y + dy).
-        valid: bool (H, W), live pixels that the reference can be compared with.
+        valid: bool (H, W), live pixels that the reference can be compared with; the others are
+            unseen.
         backward: the flow from reference to live, float32 (h, w, 2) in the reference's frame, found
             independently of `flow`; None where the aligner has none.
+        confidence: float32 (H, W) in [0, 1], how sure the aligner is that the reference shows what
+            lies at a live pixel and that the flow finds it; None where it does not say.
     """
 
     flow: Field
     valid: Mask
     backward: Field | None = None
+    confidence: Field | None = None
 
 
 @dataclass(frozen=True, slots=True)
