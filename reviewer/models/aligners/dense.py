@@ -12,8 +12,12 @@ import numpy as np
 
 from reviewer.masks import Mask
 from reviewer.models.aligners.planes import flow_of_homography, grey
+from reviewer.models.aligners.rivals import BothWays, by_planes, fused, there_and_back
+from reviewer.models.aligners.sight import clipped, confidence_of
 from reviewer.models.interfaces import Alignment, Field, Image, ModelFailed
-from reviewer.models.warping import inside, sample_field
+from reviewer.models.warping import inside, warp_image
+
+LONELY = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,15 +27,26 @@ class DisAligner:
     Where the two directions disagree (occlusion, and just the changed objects) the flow there is
     not believed: it is interpolated from the agreeing pixels around, so that a new object is
     compared with what lay behind it. Far from any agreeing pixel (a large object, a bare wall) the
-    homography that most agreeing pixels follow stands in. What leaves the reference is not valid.
+    homography that most agreeing pixels follow stands in. Where too few pixels agree, the pair is
+    brought together by homographies of matched features first, and each pixel follows the start
+    that serves it best.
+
+    A pixel is valid where the reference has it and the confidence reaches `least_confidence`; what
+    is not valid is *unseen*.
 
     Attributes:
-        disagreement_px: largest forward-backward error of a valid pixel.
+        disagreement_px: largest forward-backward error of a pixel that agrees.
         reach_px: standard deviation of the interpolation.
+        enough: share of valid pixels from which no other start is tried.
+        starts: most homographies that are tried.
+        least_confidence: below it a pixel is unseen.
     """
 
     disagreement_px: float = 1.5
     reach_px: float = 14.0
+    enough: float = 0.9
+    starts: int = 3
+    least_confidence: float = 0.25
 
     def align(self, reference: Image, live: Image) -> Alignment:
         """Estimate flow in both directions and keep what agrees."""
@@ -41,22 +56,34 @@ class DisAligner:
                 f"{reference.shape[:2]} and live is {live.shape[:2]}"
             )
         present, past = _even_light(live), _even_light(reference)
-        forward = _dense_flow(present, past)
-        backward = _dense_flow(past, present)
-        height, width = present.shape
-        landing = sample_field(backward, forward)
-        error = np.linalg.norm(forward + landing, axis=2)
-        agreed = (error < self.disagreement_px) & inside(forward, height, width)
-        flow, support = _interpolate(forward, agreed, self.reach_px)
-        lonely = support < 0.1
-        if lonely.any():
+        found = BothWays(_dense_flow(present, past), _dense_flow(past, present))
+        alignment = self._judged(found, reference, live)
+        if alignment.valid.mean() >= self.enough:
+            return alignment
+        rivals = by_planes(reference, live, present, past, _dense_flow, self.starts)
+        if not rivals:
+            return alignment
+        other = self._judged(fused([found, *rivals], present, past), reference, live)
+        return max(alignment, other, key=lambda each: each.valid.mean())
+
+    def _judged(self, found: BothWays, reference: Image, live: Image) -> Alignment:
+        height, width = live.shape[:2]
+        agreed = self._agreed(found)
+        flow, support = _interpolate(found.forward, agreed, self.reach_px)
+        plane = _fit_plane(found.forward, agreed)
+        confidence = confidence_of(found.forward, agreed, plane)
+        if plane is not None:
             # Far from any agreeing pixel, as inside a large new object: one plane for the view.
-            plane = _fit_plane(forward, agreed)
-            if plane is None:
-                return Alignment(flow, ~lonely & inside(flow, height, width), backward)
-            weight = np.clip(support / 0.1, 0, 1)[..., None]
+            weight = np.clip(support / LONELY, 0, 1)[..., None]
             flow = (weight * flow + (1 - weight) * plane).astype(np.float32)
-        return Alignment(flow, inside(flow, height, width), backward)
+        confidence[~inside(flow, height, width)] = 0
+        confidence[clipped(live, warp_image(reference, flow))] = 0
+        return Alignment(flow, confidence >= self.least_confidence, found.backward, confidence)
+
+    def _agreed(self, found: BothWays) -> Mask:
+        height, width = found.forward.shape[:2]
+        near: Mask = there_and_back(found) < self.disagreement_px
+        return near & inside(found.forward, height, width)
 
 
 def _even_light(image: Image) -> Image:

@@ -40,27 +40,21 @@ class HomographyAligner:
 
     def align(self, reference: Image, live: Image) -> Alignment:
         """Estimate the homography and turn it into a flow field."""
-        present, past = _features(live), _features(reference)
+        present, past = features(live), features(reference)
         matrix = self._match(present, past)
         return alignment_of_planes(matrix, lambda: self._match(past, present), reference, live)
 
     def estimate(self, reference: Image, live: Image) -> Matrix:
         """Return the 3x3 matrix that maps live pixels to reference pixels."""
-        return self._match(_features(live), _features(reference))
+        return self._match(features(live), features(reference))
 
     def _match(self, present: Features, past: Features) -> Matrix:
         """Return the matrix that maps pixels of the first to pixels of the second."""
-        (live_points, live_features), (past_points, past_features) = present, past
-        if live_features is None or past_features is None or len(past_features) < 2:
-            raise ModelFailed("aligner homography: an image has no features to match")
-        pairs = cv2.BFMatcher(cv2.NORM_L2).knnMatch(live_features, past_features, k=2)
-        good = [p[0] for p in pairs if len(p) == 2 and p[0].distance < self.ratio * p[1].distance]
-        if len(good) < self.least_inliers:
+        source, target = matched_points(present, past, self.ratio)
+        if len(source) < self.least_inliers:
             raise ModelFailed(
-                f"aligner homography: {len(good)} matches, but {self.least_inliers} are needed"
+                f"aligner homography: {len(source)} matches, but {self.least_inliers} are needed"
             )
-        source = np.array([live_points[m.queryIdx].pt for m in good], np.float32)
-        target = np.array([past_points[m.trainIdx].pt for m in good], np.float32)
         return robust_homography(
             source, target, self.tolerance_px, self.least_inliers, "aligner homography"
         )
@@ -132,9 +126,26 @@ def grey(image: Image) -> Image:
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.uint8)
 
 
-def _features(image: Image) -> Features:
-    points, features = cv2.SIFT.create(nfeatures=1500).detectAndCompute(grey(image), None)
-    return points, features
+def features(image: Image) -> Features:
+    """Return SIFT keypoints and descriptors of a picture."""
+    points, described = cv2.SIFT.create(nfeatures=1500).detectAndCompute(grey(image), None)
+    return points, described
+
+
+def matched_points(present: Features, past: Features, ratio: float) -> tuple[Field, Field]:
+    """Return the points (N, 2) of matches that pass Lowe's ratio test, and where they match.
+
+    Raises:
+        ModelFailed: when one of the two has no features.
+    """
+    (live_points, live_features), (past_points, past_features) = present, past
+    if live_features is None or past_features is None or len(past_features) < 2:
+        raise ModelFailed("aligner homography: an image has no features to match")
+    pairs = cv2.BFMatcher(cv2.NORM_L2).knnMatch(live_features, past_features, k=2)
+    good = [p[0] for p in pairs if len(p) == 2 and p[0].distance < ratio * p[1].distance]
+    source = np.array([live_points[m.queryIdx].pt for m in good], np.float32).reshape(-1, 2)
+    target = np.array([past_points[m.trainIdx].pt for m in good], np.float32).reshape(-1, 2)
+    return source, target
 
 
 def alignment_of_planes(

@@ -1,0 +1,174 @@
+"""The shipped click net as a click segmenter: change-aware, made for things of 6 to 200 pixels.
+
+A first click is looked at in windows of several sizes, and the best rated masks a second time, in a
+window that fits them. A later click is looked at once, around the mask that it corrects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+import torch
+
+from reviewer.masks import Mask, intersection_over_union
+from reviewer.models.clicks.windows import Square, look, placed_back, square_around
+from reviewer.models.interfaces import Candidate, Click, Embedding, Field, Image, Prompt
+from reviewer.models.nets.click_net import ClickNet
+
+FIRST_LOOKS = (48.0, 96.0, 192.0, 384.0)
+"""Sides of the windows of a first click, when nothing is known of the thing's size."""
+SECOND_LOOKS = 2
+MOST_CANDIDATES = 3
+ALIKE = 0.93
+CUT_OFF = 0.06
+"""A first look whose mask reaches so near the border of its window has not seen all of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    mask: Mask
+    score: float
+
+
+@dataclass(frozen=True)
+class NetClicks:
+    """Clicks by the small net."""
+
+    net: ClickNet = field(repr=False)
+    name: str
+
+    @classmethod
+    def load(cls, path: Path) -> NetClicks:
+        """Read weights; raises as `nets.shipped.load_small`."""
+        from torch.nn.utils.fusion import fuse_conv_bn_eval
+
+        net = ClickNet()
+        net.load_state_dict(torch.load(path, weights_only=True))
+        net.eval()
+        for part in (*net.down, *net.up):
+            part.first = fuse_conv_bn_eval(part.first, part.first_norm)
+            part.second = fuse_conv_bn_eval(part.second, part.second_norm)
+            part.first_norm = part.second_norm = torch.nn.Identity()
+        return cls(net.to(memory_format=torch.channels_last), path.stem)
+
+    @property
+    def model_id(self) -> str:
+        """Name and weights."""
+        return f"click-net:{self.name}"
+
+    @property
+    def keeps_embeddings(self) -> bool:
+        """Embedding is a copy: not worth keeping."""
+        return False
+
+    def embed(
+        self, image: Image, other: Image | None, confidence: Field | None = None
+    ) -> Embedding:
+        """Keep the pictures and how sure the alignment is; without a reference it is nowhere."""
+        if other is None:
+            other = np.zeros_like(image)
+            confidence = np.zeros(image.shape[:2], np.float32)
+        if confidence is None:
+            confidence = np.ones(image.shape[:2], np.float32)
+        return {
+            "picture": image.astype(np.float32),
+            "other": other.astype(np.float32),
+            "confidence": confidence,
+        }
+
+    def predict(self, embedding: Embedding, prompt: Prompt) -> list[Candidate]:
+        """Return candidates, best first."""
+        shape = embedding["confidence"].shape
+        clicks, previous = list(prompt.clicks), prompt.previous
+        if prompt.box_xyxy is not None and previous is None:
+            previous = _ellipse(prompt.box_xyxy, (shape[0], shape[1]))
+            if not clicks:
+                x0, y0, x1, y1 = prompt.box_xyxy
+                clicks = [Click((x0 + x1) / 2, (y0 + y1) / 2)]
+        if previous is None or not previous.any():
+            found = self._first(embedding, clicks)
+        else:
+            square = square_around(previous, clicks)
+            found = self._look(embedding, [(square, previous)], clicks)
+        if prompt.box_xyxy is not None:
+            found = [_Seen(seen.mask & _box(prompt.box_xyxy, shape), seen.score) for seen in found]
+        return _ranked(found, prompt.clicks)
+
+    def _first(self, embedding: Embedding, clicks: Sequence[Click]) -> list[_Seen]:
+        newest = next((c for c in reversed(clicks) if c.positive), clicks[-1])
+        squares = [Square(newest.x, newest.y, side) for side in FIRST_LOOKS]
+        seen = self._look(embedding, [(square, None) for square in squares], clicks)
+        whole = [
+            _Seen(s.mask, s.score * (0.6 if _is_cut(s.mask, square) else 1.0))
+            for s, square in zip(seen, squares, strict=True)
+        ]
+        best = sorted((s for s in whole if s.mask.any()), key=lambda s: -s.score)[:SECOND_LOOKS]
+        again = [(square_around(s.mask, clicks), s.mask) for s in best]
+        return whole + (self._look(embedding, again, clicks) if again else [])
+
+    def _look(
+        self, embedding: Embedding, squares: Sequence[tuple[Square, Mask | None]],
+        clicks: Sequence[Click],
+    ) -> list[_Seen]:  # fmt: skip
+        pictures = embedding["picture"], embedding["other"], embedding["confidence"]
+        windows = np.stack([look(*pictures, square, clicks, before) for square, before in squares])
+        with torch.inference_mode():
+            logits, rating = self.net(
+                torch.from_numpy(windows).to(memory_format=torch.channels_last)
+            )
+        probabilities = torch.sigmoid(logits).numpy()
+        found = []
+        for (square, before), probability, rated in zip(
+            squares, probabilities, torch.sigmoid(rating).tolist(), strict=True
+        ):
+            full, covered = placed_back(probability, square, pictures[2].shape)
+            mask = full > 0.5
+            if before is not None:
+                mask |= before & ~covered
+            found.append(_Seen(mask, rated))
+        return found
+
+
+def _is_cut(mask: Mask, square: Square) -> bool:
+    x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
+    half = square.side * (0.5 - CUT_OFF)
+    return bool(
+        x < square.x - half
+        or y < square.y - half
+        or x + width > square.x + half
+        or y + height > square.y + half
+    )
+
+
+def _ellipse(box: tuple[float, float, float, float], shape: tuple[int, int]) -> Mask:
+    x0, y0, x1, y1 = box
+    mask = np.zeros(shape, np.uint8)
+    middle = (int((x0 + x1) / 2), int((y0 + y1) / 2))
+    axes = (max(1, int((x1 - x0) / 2)), max(1, int((y1 - y0) / 2)))
+    cv2.ellipse(mask, middle, axes, 0, 0, 360, 1, -1)
+    return mask.view(np.bool_)
+
+
+def _box(box: tuple[float, float, float, float], shape: Sequence[int]) -> Mask:
+    x0, y0, x1, y1 = box
+    mask = np.zeros(tuple(shape), np.bool_)
+    mask[max(0, int(y0)) : int(np.ceil(y1)), max(0, int(x0)) : int(np.ceil(x1))] = True
+    return mask
+
+
+def _ranked(found: Sequence[_Seen], clicks: Sequence[Click]) -> list[Candidate]:
+    """Best first, without near duplicates; clicked pixels are as the clicks say."""
+    kept: list[Candidate] = []
+    for seen in sorted(found, key=lambda s: -s.score):
+        mask = seen.mask.copy()
+        for click in clicks:
+            y = min(max(int(click.y), 0), mask.shape[0] - 1)
+            x = min(max(int(click.x), 0), mask.shape[1] - 1)
+            mask[y, x] = click.positive
+        if all(intersection_over_union(mask, other.mask) < ALIKE for other in kept):
+            kept.append(Candidate(mask, seen.score))
+    return kept[:MOST_CANDIDATES]

@@ -1,0 +1,178 @@
+"""Simulated annotators: where they click first, what mask they correct, where they click next.
+
+After RITM (Sofiiuk et al., 2022) and FocalClick (Chen et al., 2022): the next click lies deep in
+the largest error, positive ones deep in the thing; masks to correct are the net's own of the step
+before, or the truth dilated, eroded, shifted, with a part dropped or a blob added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from reviewer.masks import Mask, dilate, intersection_over_union
+from reviewer.models.clicks.windows import Square, look, placed_back, square_around
+from reviewer.models.interfaces import Click, Field, Image
+from reviewer.training.aligned_views import AlignedViews
+
+LEAST_PX = 12
+MOST_CLICKS = 8
+GOOD_ENOUGH = 0.96
+from reviewer.models.clicks.net_clicks import FIRST_LOOKS
+
+
+@dataclass(slots=True)
+class Episode:
+    """One thing under clicks.
+
+    Attributes:
+        picture, other, confidence: as in `windows.look`.
+        truth: bool (H, W). mask: the mask so far. square: of the next look.
+    """
+
+    picture: Image
+    other: Image
+    confidence: Field
+    truth: Mask
+    mask: Mask
+    square: Square
+    clicks: list[Click] = field(default_factory=list)
+
+    def window(self) -> Field:
+        """Return the net's input."""
+        previous = self.mask if self.mask.any() else None
+        return look(
+            self.picture, self.other, self.confidence, self.square, self.clicks, previous
+        )
+
+    def target(self) -> tuple[Field, Field]:
+        """Return the truth in the window and where it counts, float32 (96, 96)."""
+        matrix = self.square.matrix()
+        size = (96, 96)
+        step = self.square.side / 96
+        truth = self.truth.astype(np.float32)
+        if step > 1.5:
+            truth = cv2.blur(truth, (int(step), int(step)))
+        inside = np.ones_like(truth)
+        return tuple(
+            np.asarray(cv2.warpAffine(values, matrix, size), np.float32)
+            for values in (truth, inside)
+        )  # type: ignore[return-value]
+
+    def follow(self, probability: Field, rng: np.random.Generator) -> bool:
+        """Take the net's mask and click again; False when the thing is done."""
+        full, covered = placed_back(probability, self.square, self.truth.shape)
+        kept = self.mask & ~covered
+        self.mask = (full > 0.5) | kept
+        done = intersection_over_union(self.mask, self.truth) > GOOD_ENOUGH
+        if done or len(self.clicks) >= MOST_CLICKS:
+            return False
+        click = next_click(self.mask, self.truth, rng)
+        if click is None:
+            return False
+        self.clicks.append(click)
+        self.square = _jittered(square_around(self.mask, self.clicks), rng)
+        return True
+
+
+def begin(views: AlignedViews, rng: np.random.Generator) -> Iterator[Episode]:
+    """Yield an episode for every thing that a person may point at: what changed, and some other."""
+    things = [(m, True) for m in views.came] + [(m, False) for m in views.went]
+    standing = [(m, bool(rng.random() < 0.8)) for m in views.standing]
+    rng.shuffle(standing)  # type: ignore[arg-type]
+    for mask, in_live in things + standing[: max(1, len(things) // 2)]:
+        truth = _largest(mask)
+        if np.count_nonzero(truth) < LEAST_PX:
+            continue
+        pictures = (views.live, views.warped) if in_live else (views.warped, views.live)
+        if rng.random() < 0.3:
+            rough = corrupted(truth, rng)
+            click = next_click(rough, truth, rng)
+            if click is None:
+                continue
+            square = _jittered(square_around(rough, [click]), rng)
+            yield Episode(*pictures, views.confidence, truth, rough, square, [click])
+            continue
+        click = first_click(truth, rng)
+        _, _, width, height = cv2.boundingRect(truth.view(np.uint8))
+        longest = max(width, height)
+        fits = [side for side in FIRST_LOOKS if side > 1.1 * longest] or [FIRST_LOOKS[-1]]
+        # The tightest fit is the most useful one, the next ones teach the rating.
+        side = fits[min(int(rng.geometric(0.6)) - 1, len(fits) - 1)]
+        if rng.random() < 0.15:
+            side = FIRST_LOOKS[int(rng.integers(len(FIRST_LOOKS)))]
+        square = Square(click.x, click.y, side * float(np.exp(rng.normal(0, 0.1))))
+        empty = np.zeros_like(truth)
+        yield Episode(*pictures, views.confidence, truth, empty, square, [click])
+
+
+def first_click(truth: Mask, rng: np.random.Generator) -> Click:
+    """Return a click inside a thing, mostly well inside."""
+    depth = _depth(truth)
+    least = depth.max() * (0.8 if rng.random() < 0.5 else 0.3)
+    return _any(depth >= least, True, rng)
+
+
+def next_click(mask: Mask, truth: Mask, rng: np.random.Generator) -> Click | None:
+    """Return a click in the larger error's largest part, deep inside; None without an error."""
+    missed, extra = _largest(truth & ~mask), _largest(mask & ~truth)
+    if not (missed.any() or extra.any()):
+        return None
+    positive = np.count_nonzero(missed) >= np.count_nonzero(extra)
+    depth = _depth(missed if positive else extra)
+    return _any(depth >= 0.7 * depth.max(), bool(positive), rng)
+
+
+def corrupted(truth: Mask, rng: np.random.Generator) -> Mask:
+    """Return a mask as a detector or an impatient person leaves it."""
+    x, y, width, height = cv2.boundingRect(truth.view(np.uint8))
+    longest = max(width, height)
+    mask = truth.copy()
+    for kind in rng.choice(5, size=int(rng.integers(1, 3)), replace=False):
+        size = max(3, round(longest * float(rng.uniform(0.05, 0.3)))) | 1
+        if kind == 0:
+            mask = dilate(mask, size_px=size)
+        elif kind == 1:
+            kernel = np.ones((size, size), np.uint8)
+            mask = cv2.erode(mask.view(np.uint8), kernel).view(np.bool_)
+        elif kind == 2:
+            dx, dy = rng.normal(0, 0.12 * longest, 2)
+            by = np.array([[1, 0, dx], [0, 1, dy]], np.float32)
+            moved = cv2.warpAffine(mask.view(np.uint8), by, mask.shape[::-1])
+            mask = moved.view(np.bool_)
+        else:
+            middle = (
+                int(x + width * rng.uniform(-0.1, 1.1)), int(y + height * rng.uniform(-0.1, 1.1))
+            )  # fmt: skip
+            axes = tuple(int(max(1, longest * rng.uniform(0.1, 0.45))) for _ in range(2))
+            levels = mask.astype(np.uint8)
+            cv2.ellipse(levels, middle, axes, float(rng.uniform(0, 180)), 0, 360, int(kind == 4), -1)
+            mask = levels.view(np.bool_)
+    return mask
+
+
+def _jittered(square: Square, rng: np.random.Generator) -> Square:
+    dx, dy, zoom = rng.normal(0, 1, 3) * (0.03 * square.side, 0.03 * square.side, 0.12)
+    return Square(square.x + float(dx), square.y + float(dy), square.side * float(np.exp(zoom)))
+
+
+def _largest(mask: Mask) -> Mask:
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.view(np.uint8))
+    if count < 3:
+        return mask
+    return np.asarray(labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
+
+
+def _depth(mask: Mask) -> Field:
+    padded = np.pad(mask.view(np.uint8), 1)
+    depth = cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1]
+    return np.asarray(depth, np.float32)
+
+
+def _any(choice: Mask, positive: bool, rng: np.random.Generator) -> Click:
+    rows, columns = np.nonzero(choice)
+    k = int(rng.integers(len(rows)))
+    return Click(float(columns[k]) + 0.5, float(rows[k]) + 0.5, positive)
