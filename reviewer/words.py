@@ -115,6 +115,9 @@ Relu = Literal["block", "stage"]
 RELUS: tuple[Relu, ...] = get_args(Relu)
 Precision = Literal["auto", "float32", "bfloat16"]
 SamFamily = Literal["sam", "sam2"]
+Cut = Literal["entropy", "mad"]
+"""How a pair's distances are split into changed and not; see `Dinov2Detector`."""
+CUTS: tuple[Cut, ...] = get_args(Cut)
 PdcNetwork = Literal["PDCNet", "PDCNet_plus"]
 RecipeName = Literal["default", "paper"]
 TrainedOn = Literal["same_split", "same_workspace", "others"]

@@ -24,6 +24,7 @@ CLASSES: Mapping[str, Mapping[str, str]] = {
     },
     "detect": {
         "difference": "reviewer.models.detectors.difference:DifferenceDetector",
+        "dinov2": "reviewer.models.detectors.dinov2:Dinov2Detector",
         "cdnet": NET,
         "cscdnet": NET,
         "cscdnet-attention": NET,

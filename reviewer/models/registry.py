@@ -56,6 +56,12 @@ def _difference(**settings: Any) -> Detector:
     return DifferenceDetector(**settings)
 
 
+def _dinov2(**settings: Any) -> Detector:
+    from reviewer.models.detectors.dinov2 import Dinov2Detector
+
+    return Dinov2Detector(**settings)
+
+
 def _net(name: str) -> Callable[..., Detector]:
     def build(**settings: Any) -> Detector:
         from reviewer.models.detectors.net import NetDetector
@@ -148,6 +154,7 @@ ALIGNERS: dict[str, Callable[..., Aligner]] = {
 }
 DETECTORS: dict[str, Callable[..., Detector]] = {
     "difference": _difference,
+    "dinov2": _dinov2,
     **{name: _net(name) for name in NET_NAMES},
 }
 SEGMENTERS: dict[str, Callable[..., Segmenter]] = {
@@ -171,6 +178,7 @@ LABELLERS: dict[str, Callable[..., Labeller]] = {
 }
 # Which setting the PATH of NAME:PATH is.
 PATH_SETTING: dict[str, str] = {
+    "dinov2": "checkpoint",
     "loftr": "checkpoint",
     "pdcnet": "repository",
     "vocabulary": "words",

@@ -87,6 +87,16 @@ PRESETS: tuple[Preset, ...] = (
         "--labeller llava-alpha:FILE",
         "clip_l14_336_grit_20m_4xe.pth; no checksum is published, the one found is kept",
     ),
+    *(
+        Preset(
+            f"dinov2-{size}",
+            f"facebook/dinov2-{size}",
+            "Apache-2.0",
+            f"--detector dinov2:facebook/dinov2-{size}",
+            "the default" if size == "base" else "",
+        )
+        for size in ("small", "base", "large")
+    ),
     Preset("loftr", "zju-community/efficientloftr", "Apache-2.0", "--aligner loftr"),
 )
 
