@@ -73,7 +73,7 @@ def test_an_own_detector_is_brought_in(folder):
      (["serve", "--token-file", "none"], "--token-file none: cannot be read"),
      (["serve", "--token-file", "data/cs1/live/0000.png"], "0000.png: cannot be read"),
      (["serve", "--token-file", "x", "--token", "y"], "is given by --token or REVIEWER_TOKEN, too"),
-     (["run", "--detector", "magic"], "detector 'magic': unknown; there are cdnet, "),
+     (["run", "--detector", "magic"], "detector 'magic': unknown; there are c3po, cdnet, "),
      (["run", "--name", "x", "--low", "0.9", "--high", "0.1"], "need 0 <= low <= high"),
      (["run", "--detector", "cscdnet"], "needs trained weights, --detector cscdnet:CHECKPOINT"),
      (["run", "--detector", "cscdnet:no.pt"], "no.pt: no such checkpoint file"),

@@ -1,5 +1,7 @@
 """The nets have their papers' parameters, names and arithmetic."""
 
+from typing import get_args
+
 import pytest
 import torch
 from references import attention
@@ -9,7 +11,7 @@ from reviewer.models.nets.attention_mask import AttentionMask, descriptor_energy
 from reviewer.models.nets.build import NETS
 from reviewer.models.nets.temporal_attention import TemporalAttention
 from reviewer.models.registry import build_detector
-from reviewer.words import NET_NAMES
+from reviewer.words import NET_NAMES, TrainedNet
 
 
 def shapes(name, width=1.0, **settings):
@@ -80,10 +82,14 @@ def test_every_net_gives_two_logits_a_pixel_and_learns_everywhere(name):
     last = "attention_module.attention_layer4."
     if name == "dr-tanet":
         still = [key for key in still if key not in (last + "rel_h", last + "rel_w")]
+    # Public files hold the whole ResNet, of which the second stage is the last that is looked at.
+    if name == "rscd-resnet18":
+        unseen = ("backbone.layers.3.", "backbone.layers.4.")
+        still = [key for key in still if not key.startswith(unseen)]
     assert not still
 
 
-@pytest.mark.parametrize("name", NET_NAMES)
+@pytest.mark.parametrize("name", get_args(TrainedNet))
 def test_both_encoders_start_alike_and_are_two(name):
     state = build_detector(name, width=0.125).state_dict()
     first, second = ("enc1_", "enc2_") if "cd" in name else ("encoder1.", "encoder2.")
