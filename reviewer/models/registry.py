@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from reviewer.errors import InvalidInput
 from reviewer.models.interfaces import Aligner, ClickSegmenter, Detector, Labeller, Segmenter
 from reviewer.models.member_settings import wrong_setting
-from reviewer.words import NET_NAMES, Reads
+from reviewer.words import NET_NAMES, Reads, TrainedNet
 
 if TYPE_CHECKING:
     from torch import nn
@@ -67,9 +67,11 @@ def _net(name: str) -> Callable[..., Detector]:
         from reviewer.models.detectors.net import NetDetector
 
         if not settings.get("checkpoint"):
+            trained = name in get_args(TrainedNet)
+            source = "`reviewer train` makes some" if trained else "`models list` names public ones"
             raise InvalidInput(
                 f"detector {name}: needs trained weights, --detector {name}:CHECKPOINT;"
-                " `reviewer train` makes some, and `difference` needs none"
+                f" {source}, and `difference` needs none"
             )
         settings.pop("net", None)
         return NetDetector(name, **settings)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -226,9 +227,12 @@ def snap(probability: Field, masks: Sequence[Mask], valid: Mask) -> Field:
 def _check(settings: Dinov2Detector) -> None:
     if settings.cut not in CUTS:
         raise InvalidInput(f"detector dinov2: cut is {settings.cut!r}, but must be entropy or mad")
-    if not settings.blocks or min(settings.blocks) < 1:
+    blocks: Any = settings.blocks
+    counted = isinstance(blocks, list | tuple) and all(isinstance(b, int) and b > 0 for b in blocks)
+    if not counted or not blocks:
         raise InvalidInput(
-            f"detector dinov2: blocks are {list(settings.blocks)}, but must be counted from 1"
+            f"detector dinov2: blocks are {blocks!r}, but must be a list of numbers counted from"
+            " 1, such as [3, 6]"
         )
     for name, least in (("cell_px", 1.0), ("reach", 0), ("least_distance", 1e-6)):
         value = getattr(settings, name)

@@ -208,8 +208,10 @@ def test_the_real_sam_is_asked(tmp_path, monkeypatch, folder, live):
     ("settings", "message"),
     [
         ({"blocks": (2, 5)}, r"blocks are \[2, 5\], but .* has 4"),
-        ({"blocks": (0,)}, "must be counted from 1"),
-        ({"blocks": ()}, "must be counted from 1"),
+        ({"blocks": (0,)}, r"blocks are \(0,\), but must be a list of numbers counted from 1"),
+        ({"blocks": ()}, "counted from 1"),
+        ({"blocks": 3}, r"blocks are 3, but must be a list of .* such as \[3, 6\]"),
+        ({"blocks": "3,6"}, "blocks are '3,6', but must be a list"),
         ({"cut": "otsu"}, "cut is 'otsu', but must be entropy or mad"),
         ({"cell_px": 0.5}, "cell_px is 0.5, but must be >= 1"),
         ({"reach": -1}, "reach is -1, but must be >= 0"),

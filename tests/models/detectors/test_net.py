@@ -266,3 +266,11 @@ def test_how_pictures_are_shown_is_checked(values, message):
 def test_windows_cannot_be_asked_for_where_pictures_are_squeezed(checkpoint):
     with pytest.raises(InvalidInput, match=r"window is 64, but .* are squeezed to 64 pixels"):
         NetDetector("cdnet", str(checkpoint("cdnet", squeeze_px=64)), window=64)
+
+
+@pytest.mark.parametrize(
+    ("name", "source"), [("cscdnet", "`reviewer train` makes some"), ("c3po", "names public ones")]
+)
+def test_a_net_without_weights_says_where_there_are_some(name, source):
+    with pytest.raises(InvalidInput, match=rf"--detector {name}:CHECKPOINT; .*{source}"):
+        open_detector(name)
