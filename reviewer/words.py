@@ -104,17 +104,25 @@ IgnoreMode = Literal["separate", "255", "none"]
 FoldKind = Literal["same-split", "split", "workspace"]
 
 # Nets and training.
-NetName = Literal["cscdnet", "cscdnet-attention", "dr-tanet", "cdnet", "tanet"]
+TrainedNet = Literal["cscdnet", "cscdnet-attention", "dr-tanet", "cdnet", "tanet"]
+"""Nets that are trained here; the others are known by their public checkpoints alone."""
+NetName = Literal[TrainedNet, "c3po", "rscd-dinov2", "rscd-resnet18"]
 NET_NAMES: tuple[NetName, ...] = get_args(NetName)
-Preprocessing = Literal["bgr_128", "imagenet"]
+Preprocessing = Literal["bgr_128", "imagenet", "unit"]
 PREPROCESSINGS: tuple[Preprocessing, ...] = get_args(Preprocessing)
 BatchNormMode = Literal["eval", "batch"]
 BATCH_NORM_MODES: tuple[BatchNormMode, ...] = get_args(BatchNormMode)
 Relu = Literal["block", "stage"]
 """After which sums of the encoders a ReLU stands; see `TaNet`."""
 RELUS: tuple[Relu, ...] = get_args(Relu)
+Merging = Literal["iade", "id"]
+"""Which differences of two pictures are merged; see `C3po`."""
+MERGINGS: tuple[Merging, ...] = get_args(Merging)
 Precision = Literal["auto", "float32", "bfloat16"]
 SamFamily = Literal["sam", "sam2"]
+Cut = Literal["entropy", "mad"]
+"""How a pair's distances are split into changed and not; see `Dinov2Detector`."""
+CUTS: tuple[Cut, ...] = get_args(Cut)
 PdcNetwork = Literal["PDCNet", "PDCNet_plus"]
 RecipeName = Literal["default", "paper"]
 TrainedOn = Literal["same_split", "same_workspace", "others"]

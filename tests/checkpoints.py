@@ -11,6 +11,10 @@ from transformers import (
     CLIPTextConfig,
     CLIPTokenizer,
     CLIPVisionConfig,
+    Dinov2Config,
+    Dinov2Model,
+    Dinov2WithRegistersConfig,
+    Dinov2WithRegistersModel,
     EfficientLoFTRConfig,
     EfficientLoFTRForKeypointMatching,
     GroundingDinoConfig,
@@ -95,6 +99,22 @@ def write_sam2(folder: Path, seed: int = 1) -> Path:
         mask_decoder_config=Sam2MaskDecoderConfig(**DECODER),
     )
     return _save(Sam2Model(config), folder, seed)
+
+
+def write_dinov2(folder: Path, seed: int = 1, registers: int = 0) -> Path:
+    """Write a DINOv2 of four blocks for pictures of 56x56 pixels."""
+    size = {
+        "hidden_size": 32,
+        "num_hidden_layers": 4,
+        "num_attention_heads": 2,
+        "mlp_ratio": 2,
+        "image_size": 56,
+        "patch_size": 14,
+    }
+    if registers:
+        config = Dinov2WithRegistersConfig(**size, num_register_tokens=registers)
+        return _save(Dinov2WithRegistersModel(config), folder, seed)
+    return _save(Dinov2Model(Dinov2Config(**size)), folder, seed)
 
 
 def write_loftr(folder: Path, seed: int = 1) -> Path:

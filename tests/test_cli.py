@@ -73,7 +73,7 @@ def test_an_own_detector_is_brought_in(folder):
      (["serve", "--token-file", "none"], "--token-file none: cannot be read"),
      (["serve", "--token-file", "data/cs1/live/0000.png"], "0000.png: cannot be read"),
      (["serve", "--token-file", "x", "--token", "y"], "is given by --token or REVIEWER_TOKEN, too"),
-     (["run", "--detector", "magic"], "detector 'magic': unknown; there are cdnet, "),
+     (["run", "--detector", "magic"], "detector 'magic': unknown; there are c3po, cdnet, "),
      (["run", "--name", "x", "--low", "0.9", "--high", "0.1"], "need 0 <= low <= high"),
      (["run", "--detector", "cscdnet"], "needs trained weights, --detector cscdnet:CHECKPOINT"),
      (["run", "--detector", "cscdnet:no.pt"], "no.pt: no such checkpoint file"),
@@ -287,6 +287,19 @@ def test_without_a_terminal_progress_is_a_line_now_and_then(folder, monkeypatch)
     assert "pairs/s" in lines[0] and lines[-1].endswith("0 min left")
 
 
+def test_runs_are_compared_with_the_two_pictures_swapped(folder):
+    call("import", "data")
+    call("run", "--name", "a", "--workers", "1")
+    call("run", "--name", "b", "--workers", "1", "--set", "detect.middle=6")
+    told = json.loads(call("runs", "compare", "a", "b", "--swapped", "--json").stdout)
+    assert [each["run"] for each in told["swapped"]] == ["a", "b"]
+    row = told["swapped"][0]["splits"][-1]
+    assert row["split"] == "mean" and row["F"] > 0.5 and 0 <= row["swapped"] <= 1
+    text = call("runs", "compare", "a", "a", "--swapped").stdout
+    assert text.count("when they are swapped") == 1
+    assert "F of the detector alone, reference and live swapped" in text
+
+
 def test_runs_are_listed_shown_compared_and_deleted(folder):
     call("import", "data")
     call("run", "--name", "a", "--workers", "1")
@@ -304,6 +317,7 @@ def test_runs_are_listed_shown_compared_and_deleted(folder):
         "model_settings.detect.middle",
     }
     assert {row["split"] for row in compared["splits"]} == {"cs1", "mean"}
+    assert "swapped" not in compared
     assert "run a: deleted" in call("runs", "delete", "a", "--yes").output
     assert [row["run"] for row in json.loads(call("runs", "list", "--json").output)] == ["b"]
 

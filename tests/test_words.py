@@ -130,7 +130,7 @@ def test_no_two_lists_are_of_the_same_words():
         ({*PLAIN, "coco", "t0t1", "folds"}, words.ExportFormat),
         (CHANGED, words.IgnoreMode),
         (NETS, words.NetName),
-        (FAMILY, words.NetName),
+        (FAMILY, words.TrainedNet),
         (NET_TITLES, words.NetName),
         (SAM_CLASSES, words.SamFamily),
         (MODEL_TYPES, words.SamFamily),

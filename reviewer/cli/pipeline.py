@@ -40,7 +40,8 @@ if TYPE_CHECKING:
 
 MEMBER_HELP = {
     "aligner": "dis, ecc, homography; loftr[:MODEL], pdcnet:DIR; files:DIR, imported",
-    "detector": "difference; cscdnet:CHECKPOINT, dr-tanet:CHECKPOINT, ...; files:DIR, imported",
+    "detector": "difference; dinov2[:MODEL]; cscdnet:CHECKPOINT, dr-tanet:CHECKPOINT, ...;"
+    " files:DIR, imported",
     "labeller": "none, vocabulary:FILE.json; llava[:MODEL], llava-alpha:FILE.pth",
     "segmenter": "oversegment; grounded-sam[:sam2:MODEL], sam-everything[:sam2:MODEL],"
     " sam3[:MODEL]; files:DIR (DIR/live, DIR/reference), imported. MODEL: directory or hub id",

@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from reviewer.cli.options import DEFAULT_DB, Database, app, open_store, print_table
+from reviewer.cli.options import (
+    DEFAULT_DB,
+    Database,
+    app,
+    open_store,
+    print_table,
+    progress_bar,
+)
+
+if TYPE_CHECKING:
+    from reviewer.evaluation.swapping import Swapped
+    from reviewer.store.database import Store
 
 runs_app = typer.Typer(
     help="List, show, compare and delete runs.", no_args_is_help=True, rich_markup_mode=None
@@ -87,6 +99,14 @@ def compare(
     first: Annotated[str, typer.Argument(help="One run.")],
     second: Annotated[str, typer.Argument(help="The other run.")],
     method: Annotated[str, typer.Option(help="base, doi or audited.")] = "doi",
+    swapped: Annotated[
+        bool,
+        typer.Option(
+            "--swapped",
+            help="Detect each pair again with reference and live swapped, and show both F: nets"
+            " that only learnt an order fall.",
+        ),
+    ] = False,
     as_json: AsJson = False,
     db: Database = DEFAULT_DB,
 ) -> None:
@@ -97,14 +117,42 @@ def compare(
     with open_store(db) as store:
         refresh_counts(store)
         found = compare_runs(store, first, second, method)
+        again = _swap(store, [first, second]) if swapped else []
     if as_json:
-        typer.echo(json.dumps(found.record(), indent=1))
+        more = {"swapped": [each.record() for each in again]} if swapped else {}
+        typer.echo(json.dumps({**found.record(), **more}, indent=1))
         return
     print_table(found.settings, title="settings that differ")
     print_table(found.splits, title=f"F by split, {method}")
     print_table(found.pairs, title="pairs that changed most")
     c = found.change
     typer.echo(f"mean F changes by {c.value:+.4f}, 95 % over pairs: {c.low:+.4f} to {c.high:+.4f}")
+    if swapped:
+        _print_swapped(again)
+
+
+def _swap(store: Store, names: Sequence[str]) -> list[Swapped]:
+    from reviewer.evaluation.swapping import swap_pictures
+    from reviewer.store.runs import run_of_name
+
+    found = []
+    for name in dict.fromkeys(names):
+        with progress_bar(f"{name}, pictures swapped") as advance:
+            found.append(swap_pictures(store, run_of_name(store, name), advance))
+    return found
+
+
+def _print_swapped(again: Sequence[Swapped]) -> None:
+    rows = [row for each in again for row in each.splits]
+    print_table(rows, title="F of the detector alone, reference and live swapped")
+    for each in again:
+        c = each.change
+        typer.echo(
+            f"{each.run}: mean F changes by {c.value:+.4f} when they are swapped, 95 % over"
+            f" pairs: {c.low:+.4f} to {c.high:+.4f}"
+        )
+        for failure in each.failures:
+            typer.echo(f"{each.run}: {failure}")
 
 
 @runs_app.command()

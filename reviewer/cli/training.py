@@ -24,7 +24,7 @@ from reviewer.cli.synthesis import (
     read_synthesis,
 )
 from reviewer.errors import InvalidInput
-from reviewer.words import FoldKind, NetName, Precision, Preprocessing, RecipeName
+from reviewer.words import FoldKind, Precision, Preprocessing, RecipeName, TrainedNet
 
 if TYPE_CHECKING:
     from reviewer.flows.training import TrainingOrder
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 class TrainOptions:
     """What `train` is told; the options of its help, in that order."""
 
-    detector: Annotated[NetName, typer.Argument(help="Which net.")]
+    detector: Annotated[TrainedNet, typer.Argument(help="Which net.")]
     name: Annotated[
         str | None, typer.Option(help="Name of the training; default: the net's, or NET-truth.")
     ] = None

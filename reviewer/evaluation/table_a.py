@@ -33,6 +33,9 @@ TITLES = {
     "cscdnet-attention": "CSCDNet + Siamese attention mask",
     "tanet": "TANet",
     "cdnet": "CDNet",
+    "c3po": "C-3PO",
+    "rscd-dinov2": "RSCD (DINOv2)",
+    "rscd-resnet18": "RSCD (ResNet-18)",
 }
 """Detectors by the names that papers give them, in the order of Table A; others follow."""
 OF_TRAINING = ("threshold", "model_settings.detect.checkpoint", "model_settings.detect.weights")

@@ -24,10 +24,14 @@ CLASSES: Mapping[str, Mapping[str, str]] = {
     },
     "detect": {
         "difference": "reviewer.models.detectors.difference:DifferenceDetector",
+        "dinov2": "reviewer.models.detectors.dinov2:Dinov2Detector",
+        "c3po": NET,
         "cdnet": NET,
         "cscdnet": NET,
         "cscdnet-attention": NET,
         "dr-tanet": NET,
+        "rscd-dinov2": NET,
+        "rscd-resnet18": NET,
         "tanet": NET,
     },
     "label": {

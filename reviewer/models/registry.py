@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from reviewer.errors import InvalidInput
 from reviewer.models.interfaces import Aligner, ClickSegmenter, Detector, Labeller, Segmenter
 from reviewer.models.member_settings import wrong_setting
-from reviewer.words import NET_NAMES, Reads
+from reviewer.words import NET_NAMES, Reads, TrainedNet
 
 if TYPE_CHECKING:
     from torch import nn
@@ -56,14 +56,22 @@ def _difference(**settings: Any) -> Detector:
     return DifferenceDetector(**settings)
 
 
+def _dinov2(**settings: Any) -> Detector:
+    from reviewer.models.detectors.dinov2 import Dinov2Detector
+
+    return Dinov2Detector(**settings)
+
+
 def _net(name: str) -> Callable[..., Detector]:
     def build(**settings: Any) -> Detector:
         from reviewer.models.detectors.net import NetDetector
 
         if not settings.get("checkpoint"):
+            trained = name in get_args(TrainedNet)
+            source = "`reviewer train` makes some" if trained else "`models list` names public ones"
             raise InvalidInput(
                 f"detector {name}: needs trained weights, --detector {name}:CHECKPOINT;"
-                " `reviewer train` makes some, and `difference` needs none"
+                f" {source}, and `difference` needs none"
             )
         settings.pop("net", None)
         return NetDetector(name, **settings)
@@ -148,6 +156,7 @@ ALIGNERS: dict[str, Callable[..., Aligner]] = {
 }
 DETECTORS: dict[str, Callable[..., Detector]] = {
     "difference": _difference,
+    "dinov2": _dinov2,
     **{name: _net(name) for name in NET_NAMES},
 }
 SEGMENTERS: dict[str, Callable[..., Segmenter]] = {
@@ -171,6 +180,7 @@ LABELLERS: dict[str, Callable[..., Labeller]] = {
 }
 # Which setting the PATH of NAME:PATH is.
 PATH_SETTING: dict[str, str] = {
+    "dinov2": "checkpoint",
     "loftr": "checkpoint",
     "pdcnet": "repository",
     "vocabulary": "words",

@@ -33,12 +33,12 @@ from reviewer.models.device import best_device, choose_precision
 from reviewer.models.nets.backbone import load_backbone
 from reviewer.models.nets.build import build_net, full_settings, settings_of_record
 from reviewer.models.nets.checkpoints import (
-    NetRecord,
     load_checkpoint,
-    read_weights,
     save_checkpoint,
     save_whole,
 )
+from reviewer.models.nets.files import read_weights
+from reviewer.models.nets.record import NetRecord
 from reviewer.synthesis.folder import SHEET_PAIRS, contact_sheet
 from reviewer.training.log import Log
 from reviewer.training.loop import Fit, Step, TrainingFailed

@@ -22,8 +22,15 @@ from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
 from reviewer.models.device import best_device, check_weights, choose_precision
 from reviewer.models.interfaces import Field, Image, ModelFailed
-from reviewer.models.nets.checkpoints import NetRecord, load_checkpoint
-from reviewer.models.nets.pictures import change_probability, pad_to_multiple, prepare, stack_pair
+from reviewer.models.nets.checkpoints import load_checkpoint
+from reviewer.models.nets.pictures import (
+    change_probability,
+    pad_to_multiple,
+    prepare,
+    squeezed,
+    stack_pair,
+)
+from reviewer.models.nets.record import NetRecord
 from reviewer.models.nets.windows import through_windows
 from reviewer.words import BatchNormMode, Precision
 
@@ -79,6 +86,11 @@ class NetDetector:
         self.bn_mode = self.bn_mode or self.record.bn_mode
         if self.window is None:
             self.window = self.record.window_px
+        if self.window and self.record.squeeze_px:
+            raise InvalidInput(
+                f"detector {self.net}: window is {self.window}, but {self.checkpoint} says that"
+                f" pictures are squeezed to {self.record.squeeze_px} pixels; it has no windows"
+            )
         if self.bn_mode == "batch":
             self.batch = 1  # the statistics are to be of one pair
         self.batch = self.batch or (8 if self._device == "cuda" else 1)
@@ -104,7 +116,8 @@ class NetDetector:
             raise ModelFailed(f"{self.net}: needs {LEAST_SIDE} pixels a side, not {width}x{height}")
         # Where nothing can be compared the net is shown twice the same, not an edge to black.
         shown = np.where(valid[..., None], warped, live)
-        job = _Job(stack_pair(shown, live))
+        in_order = (shown, live) if self.record.first == "reference" else (live, shown)
+        job = _Job(stack_pair(*in_order))
         with self._list:
             self._waiting.append(job)
         with self._turn:
@@ -130,7 +143,9 @@ class NetDetector:
         height, width = jobs[0].pictures.shape[1:]
         pictures = torch.from_numpy(np.stack([job.pictures for job in jobs])).to(self._device)
         try:
-            if self.window:
+            if self.record.squeeze_px:
+                probabilities = squeezed(self._look, pictures, self.record.squeeze_px)
+            elif self.window:
                 probabilities = through_windows(self._look, pictures, self.window)
             else:
                 probabilities = self._look(pictures)

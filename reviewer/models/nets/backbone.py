@@ -11,8 +11,9 @@ import torch
 from torch import nn
 
 from reviewer.errors import InvalidInput
-from reviewer.models.nets.checkpoints import State, bare_state, describe, read_weights
 from reviewer.models.nets.cscdnet import CscdNet
+from reviewer.models.nets.files import State, bare_state, read_weights
+from reviewer.models.nets.recognising import describe
 
 
 def load_backbone(net: nn.Module, path: Path) -> int:

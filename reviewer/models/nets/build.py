@@ -10,9 +10,11 @@ from torch import nn
 
 from reviewer.errors import InvalidInput
 from reviewer.models.nets.attention_mask import AttentionMask
+from reviewer.models.nets.c3po import C3po
 from reviewer.models.nets.cscdnet import CscdNet
+from reviewer.models.nets.rscd import RscdDino, RscdResNet
 from reviewer.models.nets.tanet import DYNAMIC, TaNet
-from reviewer.words import RELUS, Relu
+from reviewer.words import MERGINGS, RELUS, Merging, Relu
 
 
 def _cscdnet(width: float) -> nn.Module:
@@ -47,11 +49,43 @@ def _relu(name: Relu) -> Relu:
     return name
 
 
+def _c3po(width: float, merging: Merging = "iade") -> nn.Module:
+    if merging not in MERGINGS:
+        raise InvalidInput(f"net merging {merging!r}: there are {', '.join(MERGINGS)}")
+    return C3po(width, merging=merging)
+
+
+def _rscd_dinov2(
+    width: float,
+    depth: int = 12,
+    side: int = 37,
+    attention_blocks: int = 1,
+    attention_heads: int = 1,
+) -> nn.Module:
+    return RscdDino(
+        width,
+        depth=depth,
+        side=side,
+        attention_blocks=attention_blocks,
+        attention_heads=attention_heads,
+    )
+
+
+def _rscd_resnet18(width: float, stage: int = 2, attention_heads: int = 1) -> nn.Module:
+    return RscdResNet(width, stage=stage, attention_heads=attention_heads)
+
+
+UNTOLD = ("attention_heads", "merging", "refinement", "relu")
+"""Settings that cannot be read from a file's keys and shapes."""
+
 NETS: dict[str, Callable[..., nn.Module]] = {
+    "c3po": _c3po,
     "cdnet": _cdnet,
     "cscdnet": _cscdnet,
     "cscdnet-attention": _cscdnet_attention,
     "dr-tanet": _dr_tanet,
+    "rscd-dinov2": _rscd_dinov2,
+    "rscd-resnet18": _rscd_resnet18,
     "tanet": _tanet,
 }
 
@@ -65,7 +99,7 @@ def full_settings(name: str, settings: Mapping[str, Any]) -> dict[str, Any]:
 
 def untold_settings(name: str) -> dict[str, Any]:
     """Return the defaults of those settings that cannot be read from a file's keys and shapes."""
-    return {k: v for k, v in full_settings(name, {}).items() if k in ("refinement", "relu")}
+    return {k: v for k, v in full_settings(name, {}).items() if k in UNTOLD}
 
 
 def settings_of_record(name: str, recorded: Mapping[str, Any]) -> dict[str, Any]:
@@ -74,7 +108,7 @@ def settings_of_record(name: str, recorded: Mapping[str, Any]) -> dict[str, Any]
     It wrote none of `refinement` and `relu`, and had one ReLU a stage (see `TaNet`).
     """
     untold = untold_settings(name)
-    return {**untold, **({"relu": "stage"} if untold else {}), **recorded}
+    return {**untold, **({"relu": "stage"} if "relu" in untold else {}), **recorded}
 
 
 def build_net(name: str, width: float = 1.0, **settings: Any) -> nn.Module:
@@ -83,7 +117,9 @@ def build_net(name: str, width: float = 1.0, **settings: Any) -> nn.Module:
     Args:
         width: factor on its channels; 1 is the paper's net.
         settings: `level`, `strength`, `source` of cscdnet-attention; `window` of tanet;
-            `refinement` and `relu` of tanet and dr-tanet.
+            `refinement` and `relu` of tanet and dr-tanet; `merging` of c3po; `depth`, `side`,
+            `attention_blocks` of rscd-dinov2, `stage` of rscd-resnet18, and `attention_heads` of
+            both.
 
     Raises:
         InvalidInput: for an unknown name or setting, or a value outside its range.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 import torch
@@ -24,12 +26,14 @@ def stack_pair(
 def prepare(pictures: Tensor, preprocessing: Preprocessing) -> Tensor:
     """Return float32 net input of uint8 RGB pictures (N, 6, H, W).
 
-    `bgr_128`: BGR, x / 128 - 1, as both public codes do; `imagenet`: RGB by ImageNet's mean and
-    deviation.
+    `bgr_128`: BGR, x / 128 - 1, as sscdnet and DR-TANet do; `imagenet`: RGB by ImageNet's mean and
+    deviation; `unit`: RGB, x / 255.
     """
     if preprocessing == "bgr_128":
         order = [2, 1, 0, 5, 4, 3]
         return pictures[:, order].float().div_(128).sub_(1)
+    if preprocessing == "unit":
+        return pictures.float().div_(255)
     mean = torch.tensor(_MEAN * 2, device=pictures.device)[:, None, None]
     deviation = torch.tensor(_DEVIATION * 2, device=pictures.device)[:, None, None]
     return pictures.float().div_(255).sub_(mean).div_(deviation)
@@ -40,6 +44,15 @@ def pad_to_multiple(pictures: Tensor, multiple: int) -> Tensor:
     height, width = pictures.shape[-2:]
     margins = (0, -width % multiple, 0, -height % multiple)
     return functional.pad(pictures, margins, mode="replicate") if any(margins) else pictures
+
+
+def squeezed(look: Callable[[Tensor], Tensor], pictures: Tensor, side: int) -> Tensor:
+    """Return the output of `look` for uint8 pictures (N, C, H, W) squeezed to a square, as wide and
+    high as these: (N, H, W)."""
+    small = functional.interpolate(pictures.float(), (side, side), mode="bilinear", antialias=True)
+    seen = look(small.round().clamp(0, 255).to(pictures.dtype))
+    size = pictures.shape[-2:]
+    return functional.interpolate(seen[:, None], size, mode="bilinear")[:, 0]
 
 
 def change_probability(logits: Tensor, changed_class: int) -> Tensor:

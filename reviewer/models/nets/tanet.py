@@ -19,6 +19,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from reviewer.models.nets.channels import scaled
+from reviewer.models.nets.resnet import BasicBlock
 from reviewer.models.nets.temporal_attention import TemporalAttention
 from reviewer.words import Relu
 
@@ -81,8 +82,8 @@ class _Encoder(nn.Module):
         before = channels[0]
         for stage, after in enumerate(channels, start=1):
             blocks = [
-                _Block(before, after, 1 if stage == 1 else 2, relu),
-                _Block(after, after, 1, relu),
+                BasicBlock(before, after, 1 if stage == 1 else 2, relu),
+                BasicBlock(after, after, 1, relu),
             ]
             self.add_module(f"layer{stage}", nn.Sequential(*blocks))
             before = after
@@ -100,29 +101,6 @@ class _Encoder(nn.Module):
             if self.relu == "stage":
                 x = torch.relu(x)
         return features
-
-
-class _Block(nn.Module):
-    """Basic residual block; without a last ReLU of its own where the encoder has one a stage."""
-
-    def __init__(self, before: int, after: int, stride: int, relu: Relu) -> None:
-        super().__init__()
-        self.relu = relu
-        self.conv1 = nn.Conv2d(before, after, 3, stride=stride, padding=1, bias=False)
-        self.bn1 = nn.BatchNorm2d(after)
-        self.conv2 = nn.Conv2d(after, after, 3, padding=1, bias=False)
-        self.bn2 = nn.BatchNorm2d(after)
-        self.downsample: nn.Sequential | None = None
-        if stride != 1 or before != after:
-            self.downsample = nn.Sequential(
-                nn.Conv2d(before, after, 1, stride=stride, bias=False), nn.BatchNorm2d(after)
-            )
-
-    def forward(self, x: Tensor) -> Tensor:
-        y = torch.relu(self.bn1(self.conv1(x)))
-        y = self.bn2(self.conv2(y))
-        summed: Tensor = y + (x if self.downsample is None else self.downsample(x))
-        return torch.relu(summed) if self.relu == "block" else summed
 
 
 class _Attention(nn.Module):

@@ -31,6 +31,7 @@ from reviewer.models.weights.presets import Preset
 # What the networks are loaded from; other formats of the same weights stay where they are.
 WANTED = (".json", ".safetensors", ".txt", ".model", ".jinja")
 FILE_NAMES = {"alpha-clip": "clip_l14_336_grit_20m_4xe.pth"}
+"""Names of files whose address does not end in one."""
 CHUNK = 1 << 20
 
 Progress = Callable[[int, int, str], None]
@@ -54,7 +55,7 @@ def weights_folder() -> Path:
 def find_fetched(preset: Preset) -> Path | None:
     """Return the path of a preset on this machine; None when it was not fetched."""
     if preset.is_file:
-        path = weights_folder() / FILE_NAMES[preset.name]
+        path = _place(preset)
         return path if path.is_file() else None
     try:
         folder = Path(snapshot_download(preset.source, local_files_only=True))
@@ -163,8 +164,12 @@ def _licence(info: ModelInfo) -> str:
     return tags[0].removeprefix("license:") if tags else ""
 
 
+def _place(preset: Preset) -> Path:
+    return weights_folder() / FILE_NAMES.get(preset.name, preset.source.rpartition("/")[2])
+
+
 def _fetch_file(preset: Preset, progress: Progress) -> Fetched:
-    path = weights_folder() / FILE_NAMES[preset.name]
+    path = _place(preset)
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_suffix(path.suffix + ".part")
@@ -175,8 +180,15 @@ def _fetch_file(preset: Preset, progress: Progress) -> Fetched:
                 f"model {preset.name}: {preset.source} cannot be fetched, {error}; the same"
                 " command goes on later"
             ) from error
+        found = _sha256(part)
+        if preset.sha256 not in ("", found):
+            part.unlink()
+            raise InvalidInput(
+                f"model {preset.name}: {path.name} has the hash {found[:12]}, but its makers say"
+                f" {preset.sha256[:12]}; it was removed, fetch it again"
+            )
         note = path.with_suffix(path.suffix + ".sha256")
-        note.write_text(f"{_sha256(part)}  {path.name}\n")
+        note.write_text(f"{found}  {path.name}\n")
         os.replace(part, path)
     check_noted(preset, path)
     return Fetched(path, path.stat().st_size, preset.licence)

@@ -17,6 +17,7 @@ class Preset:
         licence: as its makers state it; read it before you publish.
         use: the option that uses it.
         note: what else to know.
+        sha256: of the file at that address, where its makers state it; "" = they do not.
     """
 
     name: str
@@ -24,6 +25,7 @@ class Preset:
     licence: str
     use: str
     note: str = ""
+    sha256: str = ""
 
     @property
     def is_file(self) -> bool:
@@ -31,6 +33,11 @@ class Preset:
         return self.source.startswith("https://")
 
 
+_RSCD = "https://github.com/ChadLin9596/Robust-Scene-Change-Detection/releases/download/v0.0.0/"
+_C3PO = (
+    "https://huggingface.co/Flourish/C-3PO/resolve/be0cc81e8f4db5e6add758d6f8e3fa747c005698/"
+    "resnet18_{0}.pth"
+)
 _SAM2 = "--segmenter grounded-sam:sam2:{0}, --click sam2:{0}"
 
 PRESETS: tuple[Preset, ...] = (
@@ -87,7 +94,76 @@ PRESETS: tuple[Preset, ...] = (
         "--labeller llava-alpha:FILE",
         "clip_l14_336_grit_20m_4xe.pth; no checksum is published, the one found is kept",
     ),
+    *(
+        Preset(
+            f"dinov2-{size}",
+            f"facebook/dinov2-{size}",
+            "Apache-2.0",
+            f"--detector dinov2:facebook/dinov2-{size}",
+            "the default" if size == "base" else "",
+        )
+        for size in ("small", "base", "large")
+    ),
     Preset("loftr", "zju-community/efficientloftr", "Apache-2.0", "--aligner loftr"),
+    Preset(
+        "c3po-changesim",
+        _C3PO.format("iade_4_deeplabv3_ChangeSim_Binary"),
+        "MIT",
+        "--detector c3po:FILE",
+        "indoor robots, rendered; the file holds its optimizer too",
+        "6bd8381da4d2f0076ee8e7dd4dbeb477378580d3540f80395a0106ce7da1beca",
+    ),
+    Preset(
+        "c3po-vl-cmu-cd",
+        _C3PO.format("id_4_deeplabv3_VL_CMU_CD"),
+        "MIT",
+        "--detector c3po:FILE",
+        "streets; knows only what disappears from the picture that it sees first",
+    ),
+    *(
+        Preset(
+            f"rscd-dinov2-{data.lower()}",
+            f"{_RSCD}dinov2.2CrossAttn.{data}.pth",
+            "MIT",
+            "reviewer checkpoint FILE --backbone-weights, then --detector rscd-dinov2:NEW",
+            "streets; a head without its backbone, which is dinov2-vits14",
+        )
+        for data in ("CMU", "Diff-CMU", "PSCD")
+    ),
+    Preset(
+        "dinov2-vits14",
+        "https://dl.fbaipublicfiles.com/dinov2/dinov2_vits14/dinov2_vits14_pretrain.pth",
+        "Apache-2.0",
+        "--backbone-weights of reviewer checkpoint, for rscd-dinov2",
+    ),
+    *(
+        Preset(
+            f"rscd-resnet18-{data.lower()}",
+            f"{_RSCD}resnet18.2CrossAttn.{data}.pth",
+            "MIT",
+            "--detector rscd-resnet18:FILE",
+            "streets",
+        )
+        for data in ("CMU", "PSCD")
+    ),
+    *(
+        Preset(
+            f"rscd-baseline-{net}-{data.lower()}",
+            f"{_RSCD}baseline.{net.replace('-', '')}.{data}.pth",
+            "MIT",
+            f"--detector {net}:FILE",
+            "streets; what RSCD is compared with",
+        )
+        for net, data in (
+            ("c3po", "Diff-CMU"),
+            ("c3po", "PSCD"),
+            ("dr-tanet", "CMU"),
+            ("dr-tanet", "Diff-CMU"),
+            ("dr-tanet", "PSCD"),
+            ("cdnet", "CMU"),
+            ("cdnet", "Diff-CMU"),
+        )
+    ),
 )
 
 

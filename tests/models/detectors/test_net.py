@@ -1,12 +1,14 @@
 """A net is a detector: any size, any company, and the same answer as the module itself."""
 
 from concurrent.futures import ThreadPoolExecutor
+from typing import get_args
 
 import numpy as np
 import pytest
 import torch
 from scenes import textured
 from torch import nn
+from torch.nn import functional
 
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.models.detectors.net import NetDetector
@@ -15,8 +17,9 @@ from reviewer.models.nets.checkpoints import NetRecord, save_checkpoint
 from reviewer.models.nets.pictures import pad_to_multiple, prepare, stack_pair
 from reviewer.models.nets.windows import through_windows
 from reviewer.models.registry import build_detector, open_detector, settings_of
+from reviewer.words import NetName
 
-NETS = ["cdnet", "cscdnet", "cscdnet-attention", "dr-tanet", "tanet"]
+NETS = [*get_args(NetName)]
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +29,7 @@ def checkpoint(tmp_path_factory):
 
     def write(name, **record):
         torch.manual_seed(5)
-        path = folder / f"{name}-{len(record)}.pt"
+        path = folder / f"{name}-{'-'.join(record)}.pt"
         save_checkpoint(path, build_detector(name, 0.125), NetRecord(name, 0.125, **record))
         return path
 
@@ -217,3 +220,57 @@ def test_what_a_record_says_is_held_to_as_the_weights_are(checkpoint, tmp_path):
         InvalidInput, match=r"says .*'refinement': False.*, but this run began with"
     ):
         open_detector("dr-tanet", {**began, "checkpoint": str(plain)})
+
+
+def test_pictures_can_be_squeezed_to_the_square_of_the_training(checkpoint):
+    detector = NetDetector("cdnet", str(checkpoint("cdnet", squeeze_px=64)), precision="float32")
+    plain = NetDetector("cdnet", str(checkpoint("cdnet")), precision="float32")
+    reference, live = textured(1), textured(2)
+    valid = np.ones(live.shape[:2], bool)
+
+    def small(picture):
+        square = torch.from_numpy(picture).permute(2, 0, 1)[None].float()
+        square = functional.interpolate(square, (64, 64), mode="bilinear", antialias=True)
+        return square[0].round().byte().permute(1, 2, 0).numpy()
+
+    seen = plain.detect(small(reference), small(live), np.ones((64, 64), bool))
+    wanted = functional.interpolate(torch.from_numpy(seen)[None, None], (120, 160), mode="bilinear")
+    np.testing.assert_allclose(detector.detect(reference, live, valid), wanted[0, 0], atol=1e-5)
+    assert (
+        np.abs(detector.detect(reference, live, valid) - plain.detect(reference, live, valid)).max()
+        > 0.01
+    )
+
+
+def test_a_net_may_see_the_live_picture_first(checkpoint):
+    other = NetDetector("cdnet", str(checkpoint("cdnet", first="live")), precision="float32")
+    usual = NetDetector("cdnet", str(checkpoint("cdnet")), precision="float32")
+    reference, live, valid = pair(64, 64)
+    assert (other.detect(reference, live, valid) == usual.detect(live, reference, valid)).all()
+    assert (other.arithmetic, usual.arithmetic) == ({"first": "live"}, {})
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"squeeze_px": 256, "window_px": 64}, "256 beside a window_px of 64"),
+        ({"squeeze_px": -1}, "squeeze_px: 0 or positive"),
+        ({"first": "both"}, "must be reference or live, but is 'both'"),
+    ],
+)
+def test_how_pictures_are_shown_is_checked(values, message):
+    with pytest.raises(InvalidInput, match=message):
+        NetRecord("cdnet", **values)
+
+
+def test_windows_cannot_be_asked_for_where_pictures_are_squeezed(checkpoint):
+    with pytest.raises(InvalidInput, match=r"window is 64, but .* are squeezed to 64 pixels"):
+        NetDetector("cdnet", str(checkpoint("cdnet", squeeze_px=64)), window=64)
+
+
+@pytest.mark.parametrize(
+    ("name", "source"), [("cscdnet", "`reviewer train` makes some"), ("c3po", "names public ones")]
+)
+def test_a_net_without_weights_says_where_there_are_some(name, source):
+    with pytest.raises(InvalidInput, match=rf"--detector {name}:CHECKPOINT; .*{source}"):
+        open_detector(name)

@@ -1,5 +1,7 @@
 """Fetching from a hub on this machine: progress, hashes, resuming, licences, refusals."""
 
+import hashlib
+import re
 from dataclasses import replace
 
 import pytest
@@ -114,6 +116,25 @@ def test_a_single_file_that_changed_here_is_noticed(single):
         found.path.write_bytes(b"something else")
         with pytest.raises(InvalidInput, match="was noted when it was fetched"):
             fetch(one(hub))
+
+
+def test_a_single_file_is_held_against_the_hash_its_makers_state(single):
+    good = hashlib.sha256((single / "w.pth").read_bytes()).hexdigest()
+    with serve_hub(single) as (hub, _):
+        with pytest.raises(
+            InvalidInput, match=r"w\.pth has the hash \w{12}, but its makers say 0000"
+        ):
+            fetch(replace(one(hub), sha256="0" * 64))
+        assert list(weights_folder().iterdir()) == []
+        assert fetch(replace(one(hub), sha256=good)).path.name == "w.pth"
+
+
+def test_files_are_kept_under_the_last_part_of_their_address():
+    files = [preset for preset in PRESETS if preset.is_file]
+    names = {fetching._place(preset).name for preset in files}
+    assert len(names) == len(files) > 10
+    assert {name.rpartition(".")[2] for name in names} == {"pth"}
+    assert all(re.fullmatch(r"|[0-9a-f]{64}", preset.sha256) for preset in PRESETS)
 
 
 def test_names_are_unique_and_unknown_ones_are_told_what_there_is():
