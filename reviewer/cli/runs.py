@@ -20,7 +20,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 
 @runs_app.command("list")
 def list_(as_json: AsJson = False, db: Database = DEFAULT_DB) -> None:
-    """List runs: members, pairs done, failed and scored, mean F without and with DoI."""
+    """List runs: members, pairs done, failed, scored, mean F without and with DoI, unseen share."""
     from reviewer.evaluation.comparing import mean_lines
     from reviewer.evaluation.counting import refresh_counts
     from reviewer.store.runs import list_runs, run_summary
@@ -42,6 +42,7 @@ def list_(as_json: AsJson = False, db: Database = DEFAULT_DB) -> None:
                     "scored": max((line.pairs for line in means.values()), default=0),
                     "F without DoI": means["base"].f_score if "base" in means else None,
                     "F with DoI": means["doi"].f_score if "doi" in means else None,
+                    "unseen": means["base"].unseen if "base" in means else None,
                     "made": run.created_at[:16].replace("T", " "),
                 }
             )
