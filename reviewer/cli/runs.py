@@ -15,6 +15,8 @@ runs_app = typer.Typer(
 app.add_typer(runs_app, name="runs")
 
 Name = Annotated[str, typer.Argument(help="Name of the run.")]
+NOTABLE_UNSEEN = 0.01
+"""Runs whose unseen shares differ by more have scores of their own that must not be compared."""
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 
 
@@ -91,7 +93,10 @@ def compare(
     as_json: AsJson = False,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Compare two runs: settings that differ, F by split, and the pairs that changed most."""
+    """Compare two runs: settings that differ, F by split, and the pairs that changed most.
+
+    F is over the pixels that both runs have seen.
+    """
     from reviewer.evaluation.comparing import compare_runs
     from reviewer.evaluation.counting import refresh_counts
 
@@ -106,6 +111,12 @@ def compare(
     print_table(found.pairs, title="pairs that changed most")
     c = found.change
     typer.echo(f"mean F changes by {c.value:+.4f}, 95 % over pairs: {c.low:+.4f} to {c.high:+.4f}")
+    if abs(found.unseen[first] - found.unseen[second]) > NOTABLE_UNSEEN:
+        less, more = sorted(found.unseen, key=lambda name: found.unseen[name])
+        typer.echo(
+            f"{more} has not seen {found.unseen[more]:.1%} of the pixels, {less}"
+            f" {found.unseen[less]:.1%}: F is over the pixels that both have seen"
+        )
 
 
 @runs_app.command()

@@ -191,16 +191,6 @@ def pair_scores(
     ]
 
 
-def pair_f_scores(store: Store, run_id: int, method: Method) -> dict[str, float]:
-    """Return F of every counted pair of a run that is not skipped, by "split/name"."""
-    rows = store.read().execute(
-        "SELECT split || '/' || pair AS title, f_score FROM pair_scores"
-        " WHERE run_id = ? AND method = ? ORDER BY 1",
-        [run_id, method],
-    )
-    return {row["title"]: row["f_score"] for row in rows}
-
-
 def _score(row: sqlite3.Row) -> Score:
     return Score(row["run"], row["method"], row["split"], row["pairs"], _counts(row))
 

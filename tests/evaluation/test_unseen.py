@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from reviewer.cli import app
+from reviewer.evaluation.comparing import compare_runs, mean_lines
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import f_by_outcome, refresh_terms, run_terms
 from reviewer.evaluation.protocols import Protocol
@@ -19,11 +20,13 @@ from reviewer.evaluation.table_a import table_a_rows
 from reviewer.evaluation.tables import table_lines
 from reviewer.masks import decode_rle, encode_rle
 from reviewer.metrics import Counts, count, f_score
+from reviewer.pipeline.runner import prepare_run, run_pipeline
+from reviewer.pipeline.settings import PipelineSettings
 from reviewer.reports.page import report_page
 from reviewer.reports.table_a_text import scope_rows, table_a_cells, table_a_text
 from reviewer.store.layers import load_alignment, put_alignment
 from reviewer.store.pairs import pair_ids
-from reviewer.store.regions import load_prediction, load_regions
+from reviewer.store.regions import load_prediction, load_regions, put_prediction
 from reviewer.store.revisions import newest_revision
 from reviewer.store.scores import pair_counts, pair_scores, split_scores
 
@@ -181,6 +184,63 @@ def test_the_report_says_what_was_not_seen(db, seen, tiny_split):
     share = 80 * 160 / (3 * PIXELS)
     assert "<th>unseen</th>" in page and f"{share:.4f}" in page
     assert f"{share:.2%} of the pixels are unseen, 1 changed object as a whole" in page
+
+
+def compare(db, *runs):
+    done = CliRunner().invoke(app, ["runs", "compare", *runs, "--db", str(db.path)])
+    assert done.exit_code == 0, done.output
+    return done.output
+
+
+def test_two_runs_are_compared_over_what_both_have_seen(db, seen, tiny_split):
+    other = prepare_run(db, "other", PipelineSettings())
+    run_pipeline(db, other, pair_ids(db))
+    for pair in tiny_split[1:]:
+        hide(db, other, pair, np.zeros(SHAPE, bool))
+    hide(db, other, tiny_split[0], ABOVE)
+    # Both are wrong in the pixels that the other run says it has not seen.
+    worse = encode_rle(ABOVE)
+    for run in (seen, other):
+        db.write(lambda c, run=run: put_prediction(c, run.id, tiny_split[0].id, "doi", worse))
+    refresh_counts(db)
+    means = [mean_lines(db, run.name)["doi"].f_score for run in (seen, other)]
+    assert means[1] > means[0] + 0.3, "what is not seen is not charged"
+    found = compare_runs(db, seen.name, "other", "doi")
+    mean = found.splits[-1]
+    assert (mean["pairs"], mean[seen.name], mean["change"]) == (3, mean["other"], 0)
+    assert (found.change.value, found.pairs) == (0, [])
+    share = 80 * 160 / (3 * PIXELS)
+    assert mean["unseen"] == pytest.approx(share)
+    assert found.unseen == {seen.name: 0.0, "other": pytest.approx(share)}
+    told = compare(db, seen.name, "other")
+    assert f"other has not seen {share:.1%} of the pixels, {seen.name} 0.0%" in told
+    assert "F is over the pixels that both have seen" in told
+
+
+def test_a_run_without_an_alignment_is_compared_over_what_the_other_has_seen(db, seen, tiny_split):
+    other = prepare_run(db, "other", PipelineSettings())
+    run_pipeline(db, other, pair_ids(db))
+    hide(db, seen, tiny_split[0], LEFT)
+    db.write(lambda c: c.execute("DELETE FROM alignments WHERE run_id = ?", [other.id]))
+    refresh_counts(db)
+    found = compare_runs(db, seen.name, "other", "doi")
+    assert found.splits[-1]["change"] == 0 and found.splits[-1]["unseen"] > 0
+    assert found.unseen["other"] == 0
+
+
+def test_runs_that_have_seen_the_same_are_not_counted_anew(db, seen, tiny_split, monkeypatch):
+    other = prepare_run(db, "other", PipelineSettings(high=0.5))
+    run_pipeline(db, other, pair_ids(db))
+    for run in (seen, other):
+        hide(db, run, tiny_split[0], LEFT)
+        for pair in tiny_split[1:]:
+            hide(db, run, pair, np.zeros(SHAPE, bool))
+    refresh_counts(db)
+    monkeypatch.delattr("reviewer.evaluation.seen_by_both.count")
+    found = compare_runs(db, seen.name, "other", "doi")
+    lines = [mean_lines(db, run.name)["doi"] for run in (seen, other)]
+    assert [found.splits[-1][run.name] for run in (seen, other)] == [line.f_score for line in lines]
+    assert "both have seen" not in compare(db, seen.name, "other")
 
 
 def test_a_run_without_an_alignment_has_seen_everything(db, seen, tiny_split):
