@@ -33,6 +33,7 @@ PairLayer = Literal[
     "warped",
     "live",
     "difference",
+    "unseen",
     "detector",
     "objects_live",
     "objects_reference",

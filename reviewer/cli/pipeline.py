@@ -323,9 +323,12 @@ def print_scores(
     lines = protocol_lines(pair_scores(store, run, standings), chosen)
     # What is read by machines stays as it is; people read on the other channel.
     typer.echo(truth_basis(store, standings), err=form != "table")
-    unseen = {line.run: unseen_text(line.counts) for line in lines if line.split == MEAN}
-    for name, text in unseen.items():
-        typer.echo(f"run {name}: {text}", err=form != "table")
+    unseen: dict[str, dict[str, None]] = {}
+    for line in lines:
+        if line.split == MEAN:
+            unseen.setdefault(unseen_text(line.counts), {})[line.run] = None
+    for text, names in unseen.items():
+        typer.echo(f"{', '.join(names)}: {text}", err=form != "table")
     if form != "table":
         typer.echo(format_lines(lines, form))
         return

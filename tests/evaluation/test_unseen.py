@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from seeing import hide
 from typer.testing import CliRunner
 
 from reviewer.cli import app
@@ -24,7 +25,6 @@ from reviewer.pipeline.runner import prepare_run, run_pipeline
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.reports.page import report_page
 from reviewer.reports.table_a_text import scope_rows, table_a_cells, table_a_text
-from reviewer.store.layers import load_alignment, put_alignment
 from reviewer.store.pairs import pair_ids
 from reviewer.store.regions import load_prediction, load_regions, put_prediction
 from reviewer.store.revisions import newest_revision
@@ -38,13 +38,6 @@ ABOVE = np.arange(120)[:, None].repeat(160, axis=1) < 80
 """Holds both objects (rows 40 to 59)."""
 
 
-def hide(db, run, pair, unseen):
-    """Make the alignment of a pair say that these pixels cannot be compared."""
-    kept = load_alignment(db, run.id, pair.id)
-    told = replace(kept, valid=encode_rle(~unseen))
-    db.write(lambda c: put_alignment(c, run.id, pair.id, told))
-
-
 def evaluate(db, *given):
     done = CliRunner().invoke(app, ["evaluate", *given, "--db", str(db.path)])
     assert done.exit_code == 0, done.output
@@ -55,7 +48,7 @@ def evaluate(db, *given):
 def seen(db, run, tiny_split):
     """The run, which sees everything: what the aligner says of the borders is left aside."""
     for pair in tiny_split:
-        hide(db, run, pair, np.zeros(SHAPE, bool))
+        hide(db, run.id, pair.id, np.zeros(SHAPE, bool))
     return run
 
 
@@ -65,7 +58,7 @@ def test_unseen_pixels_are_in_no_count(db, seen, tiny_split, method):
     refresh_counts(db)
     before = pair_counts(db, seen.id, pair.id)[method]
     assert before.unseen_px == 0 and before.tp > 0
-    hide(db, seen, pair, LEFT)
+    hide(db, seen.id, pair.id, LEFT)
     assert pair_counts(db, seen.id, pair.id) == {}, "counts of another alignment were kept"
     assert refresh_counts(db) == 2
     counts = pair_counts(db, seen.id, pair.id)[method]
@@ -76,7 +69,7 @@ def test_unseen_pixels_are_in_no_count(db, seen, tiny_split, method):
 
 
 def test_an_object_that_is_unseen_as_a_whole_is_not_missed(db, seen, tiny_split):
-    hide(db, seen, tiny_split[0], ABOVE)
+    hide(db, seen.id, tiny_split[0].id, ABOVE)
     refresh_counts(db)
     counts = pair_counts(db, seen.id, tiny_split[0].id)["doi"]
     assert counts == Counts(tn=40 * 160, unseen_px=80 * 160, unseen_objects=1)
@@ -87,7 +80,7 @@ def test_an_object_that_is_unseen_as_a_whole_is_not_missed(db, seen, tiny_split)
 
 
 def test_the_view_and_the_code_agree_on_the_share(db, seen, tiny_split):
-    hide(db, seen, tiny_split[0], ABOVE)
+    hide(db, seen.id, tiny_split[0].id, ABOVE)
     refresh_counts(db)
     lines = {(line.method, line.split): line for line in table_lines(split_scores(db))}
     for row in db.read().execute("SELECT * FROM split_scores"):
@@ -101,7 +94,7 @@ def test_the_view_and_the_code_agree_on_the_share(db, seen, tiny_split):
 @pytest.mark.parametrize("unseen", [LEFT, ABOVE, LEFT | ABOVE])
 def test_other_rules_the_oracle_and_outcomes_count_as_the_scores_do(db, seen, tiny_split, unseen):
     for pair in tiny_split[:2]:
-        hide(db, seen, pair, unseen)
+        hide(db, seen.id, pair.id, unseen)
     refresh_counts(db)
     assert refresh_terms(db, seen) == 3
     terms = run_terms(db, seen)
@@ -123,7 +116,7 @@ def test_other_rules_the_oracle_and_outcomes_count_as_the_scores_do(db, seen, ti
 
 def test_outcomes_of_one_answer_leave_unseen_pixels_out_too(db, seen, tiny_split):
     pair = tiny_split[0]
-    hide(db, seen, pair, LEFT)
+    hide(db, seen.id, pair.id, LEFT)
     refresh_counts(db)
     now = pair_counts(db, seen.id, pair.id)["doi"]
     regions = {region.id: str(region.outcome) for region in load_regions(db, seen.id, pair.id)}
@@ -135,19 +128,19 @@ def test_outcomes_of_one_answer_leave_unseen_pixels_out_too(db, seen, tiny_split
 
 
 def test_objects_and_borders_are_those_that_are_seen(db, seen, tiny_split):
-    hide(db, seen, tiny_split[0], ABOVE)
+    hide(db, seen.id, tiny_split[0].id, ABOVE)
     rows = {row["method"]: row for row in shape_rows(db)}
     assert rows["with DoI"]["R@0.5"] == 1.0
     db.write(lambda c: c.execute("DELETE FROM predictions WHERE method = 'doi'"))
-    hide(db, seen, tiny_split[0], np.zeros(SHAPE, bool))
+    hide(db, seen.id, tiny_split[0].id, np.zeros(SHAPE, bool))
     before = {row["method"]: row for row in shape_rows(db)}["without DoI"]
-    hide(db, seen, tiny_split[0], LEFT)
+    hide(db, seen.id, tiny_split[0].id, LEFT)
     after = {row["method"]: row for row in shape_rows(db)}["without DoI"]
     assert after["border 1 px"] != before["border 1 px"]
 
 
 def test_the_share_stands_beside_f_in_every_format(db, seen, tiny_split):
-    hide(db, seen, tiny_split[0], ABOVE)
+    hide(db, seen.id, tiny_split[0].id, ABOVE)
     wanted = 80 * 160 / (3 * PIXELS)
     rows = json.loads(evaluate(db, "--format", "json"))
     assert {row["split"] for row in rows} == {"cs1", "mean"}
@@ -165,7 +158,7 @@ def test_the_share_stands_beside_f_in_every_format(db, seen, tiny_split):
 
 
 def test_the_tables_of_runs_have_the_share(db, seen, tiny_split):
-    hide(db, seen, tiny_split[0], ABOVE)
+    hide(db, seen.id, tiny_split[0].id, ABOVE)
     wanted = 80 * 160 / (3 * PIXELS)
     refresh_counts(db)
     rows = table_a_rows(db, pair_scores(db), Protocol())
@@ -179,7 +172,7 @@ def test_the_tables_of_runs_have_the_share(db, seen, tiny_split):
 
 
 def test_the_report_says_what_was_not_seen(db, seen, tiny_split):
-    hide(db, seen, tiny_split[0], ABOVE)
+    hide(db, seen.id, tiny_split[0].id, ABOVE)
     page = report_page(db, None, Protocol(), lambda step: None)
     share = 80 * 160 / (3 * PIXELS)
     assert "<th>unseen</th>" in page and f"{share:.4f}" in page
@@ -196,8 +189,8 @@ def test_two_runs_are_compared_over_what_both_have_seen(db, seen, tiny_split):
     other = prepare_run(db, "other", PipelineSettings())
     run_pipeline(db, other, pair_ids(db))
     for pair in tiny_split[1:]:
-        hide(db, other, pair, np.zeros(SHAPE, bool))
-    hide(db, other, tiny_split[0], ABOVE)
+        hide(db, other.id, pair.id, np.zeros(SHAPE, bool))
+    hide(db, other.id, tiny_split[0].id, ABOVE)
     # Both are wrong in the pixels that the other run says it has not seen.
     worse = encode_rle(ABOVE)
     for run in (seen, other):
@@ -220,7 +213,7 @@ def test_two_runs_are_compared_over_what_both_have_seen(db, seen, tiny_split):
 def test_a_run_without_an_alignment_is_compared_over_what_the_other_has_seen(db, seen, tiny_split):
     other = prepare_run(db, "other", PipelineSettings())
     run_pipeline(db, other, pair_ids(db))
-    hide(db, seen, tiny_split[0], LEFT)
+    hide(db, seen.id, tiny_split[0].id, LEFT)
     db.write(lambda c: c.execute("DELETE FROM alignments WHERE run_id = ?", [other.id]))
     refresh_counts(db)
     found = compare_runs(db, seen.name, "other", "doi")
@@ -232,9 +225,9 @@ def test_runs_that_have_seen_the_same_are_not_counted_anew(db, seen, tiny_split,
     other = prepare_run(db, "other", PipelineSettings(high=0.5))
     run_pipeline(db, other, pair_ids(db))
     for run in (seen, other):
-        hide(db, run, tiny_split[0], LEFT)
+        hide(db, run.id, tiny_split[0].id, LEFT)
         for pair in tiny_split[1:]:
-            hide(db, run, pair, np.zeros(SHAPE, bool))
+            hide(db, run.id, pair.id, np.zeros(SHAPE, bool))
     refresh_counts(db)
     monkeypatch.delattr("reviewer.evaluation.seen_by_both.count")
     found = compare_runs(db, seen.name, "other", "doi")
