@@ -51,11 +51,12 @@ END;
 
 CREATE VIEW pair_scores AS  -- counts and scores per run, method and pair; no stale counts, no skipped pairs; `unseen` is a share
 SELECT r.name AS run, s.method, sp.name AS split, p.name AS pair, s.run_id, s.pair_id,
-    s.tp, s.fp, s.fn, s.tn, s.ignored, s.unseen_px, s.unseen_objects, s.revision, t.standing,
+    s.tp, s.fp, s.fn, s.tn, s.ignored, s.revision, t.standing,
     CASE WHEN s.tp + s.fp THEN 1.0 * s.tp / (s.tp + s.fp) ELSE 0.0 END AS precision,
     CASE WHEN s.tp + s.fn THEN 1.0 * s.tp / (s.tp + s.fn) ELSE 0.0 END AS recall,
     CASE WHEN 2 * s.tp + s.fp + s.fn
         THEN 2.0 * s.tp / (2 * s.tp + s.fp + s.fn) ELSE 0.0 END AS f_score,
+    s.unseen_px, s.unseen_objects,
     CASE WHEN s.tp + s.fp + s.fn + s.tn + s.unseen_px
         THEN 1.0 * s.unseen_px / (s.tp + s.fp + s.fn + s.tn + s.unseen_px) ELSE 0.0 END AS unseen
 FROM scores s
@@ -68,11 +69,11 @@ WHERE s.pair_id NOT IN (SELECT pair_id FROM skips);
 CREATE VIEW split_scores AS  -- pooled pixels inside a split: the paper's protocol; `unseen` is a share
 SELECT run, method, split, count(*) AS pairs,
     sum(tp) AS tp, sum(fp) AS fp, sum(fn) AS fn, sum(tn) AS tn, sum(ignored) AS ignored,
-    sum(unseen_px) AS unseen_px, sum(unseen_objects) AS unseen_objects,
     CASE WHEN sum(tp) + sum(fp) THEN 1.0 * sum(tp) / (sum(tp) + sum(fp)) ELSE 0.0 END AS precision,
     CASE WHEN sum(tp) + sum(fn) THEN 1.0 * sum(tp) / (sum(tp) + sum(fn)) ELSE 0.0 END AS recall,
     CASE WHEN 2 * sum(tp) + sum(fp) + sum(fn)
         THEN 2.0 * sum(tp) / (2 * sum(tp) + sum(fp) + sum(fn)) ELSE 0.0 END AS f_score,
+    sum(unseen_px) AS unseen_px, sum(unseen_objects) AS unseen_objects,
     CASE WHEN sum(tp + fp + fn + tn + unseen_px)
         THEN 1.0 * sum(unseen_px) / sum(tp + fp + fn + tn + unseen_px) ELSE 0.0 END AS unseen
 FROM pair_scores GROUP BY run, method, split;
