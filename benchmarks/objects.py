@@ -10,8 +10,8 @@ import numpy as np
 
 from reviewer.dataset.files import read_rgb
 from reviewer.masks import Mask, components, decode_rle
-from reviewer.models.interfaces import Image
-from reviewer.pipeline.stored import warped_reference
+from reviewer.models.interfaces import Field, Image
+from reviewer.pipeline.stored import warped_view
 from reviewer.store.database import Store
 from reviewer.store.layers import load_detection
 from reviewer.store.pairs import list_pairs
@@ -25,7 +25,7 @@ MARGIN_PX = 8
 
 @dataclass(frozen=True, slots=True)
 class ScenePair:
-    """A pair: uint8 RGB (H, W, 3) images, bool (H, W) masks."""
+    """A pair: uint8 RGB (H, W, 3) images, bool (H, W) masks, confidence as in `Alignment`."""
 
     id: int
     title: str
@@ -34,6 +34,7 @@ class ScenePair:
     truth: Mask
     detected: Mask
     predicted: Mask
+    confidence: Field | None = None
 
 
 def load_pairs(db: Path, every: int = 1) -> Iterator[ScenePair]:
@@ -46,7 +47,7 @@ def load_pairs(db: Path, every: int = 1) -> Iterator[ScenePair]:
             prediction = load_prediction(store, run.id, pair.id, "doi")
             if not history or detection is None or prediction is None:
                 continue
-            warped, _ = warped_reference(store, run, pair)
+            warped, _, confidence = warped_view(store, run, pair)
             yield ScenePair(
                 pair.id,
                 pair.title,
@@ -55,6 +56,7 @@ def load_pairs(db: Path, every: int = 1) -> Iterator[ScenePair]:
                 decode_rle(history[0].mask),
                 decode_rle(detection.mask),
                 decode_rle(prediction),
+                confidence,
             )
 
 

@@ -89,6 +89,12 @@ def m013_skipped(db: Database) -> None:
     _run(db, "m013_skipped")
 
 
+@migrations()
+def m014_unseen(db: Database) -> None:
+    """Keep how sure an alignment is, and leave out of the scores what a run has not seen."""
+    _run(db, "m014_unseen")
+
+
 def _run(db: Database, name: str) -> None:
     script = (SCRIPTS / f"{name}.sql").read_text(encoding="utf-8")
     mask = (SCRIPTS / "mask_columns.sql").read_text(encoding="utf-8").rstrip()

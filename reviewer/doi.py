@@ -46,7 +46,7 @@ class Region:
         object_indices: the live objects that make up O_l (scope `component`: one, or none).
         component_indices: the 8-connected components of M_o that make up m.
         overlap_px: pixels shared by O_l and O_r inside the valid warp.
-        f_b: 1 when overlap_px <= max_overlap_px, else 0.
+        f_b: 1 when overlap_px <= max_overlap_px, else 0; 0 as well where nothing can be compared.
         iou: IoU(O_l, m) inside the valid warp, in [0, 1].
         doi: f_b * (1 - iou), in [0, 1].
         choice: "adopt" the object, "keep" the detector's components, or "reject" both.
@@ -202,7 +202,8 @@ def integrate_crops(
     pair = _Pair(change, labels, parts, objects, reference, valid, low, high, max_overlap_px, seen)
     if scope == "image":
         used = [i for i in objects if not touching_only or pair.touched_by(i)]
-        regions = [pair.judge(tuple(used), tuple(range(len(parts))))]
+        compared = [i for i in used if pair.shown(objects[i]).any()]
+        regions = [pair.judge(tuple(compared or used), tuple(range(len(parts))))]
     else:
         regions = _judge_objects(pair)
         if overlaps == "best":
@@ -267,9 +268,12 @@ class _Pair:
             area = int(np.count_nonzero(shown))
             overlap = int(np.count_nonzero(shown & found.window(self.reference)))
             shared = int(np.count_nonzero(shown & found.window(self.change)))
-        either = area + sum(int(np.count_nonzero(self.shown(p))) for p in parts) - shared
+        part_area = sum(int(np.count_nonzero(self.shown(p))) for p in parts)
+        either = area + part_area - shared
         iou = shared / either if either else 0.0
-        hidden = found is not None and area == 0
+        # What no pixel can be compared of was neither seen in the reference nor missed there: f_b
+        # is undefined. DoI = 0 leaves M_o as it is, and adopts nothing that nothing speaks for.
+        hidden = bool(parts or found) and (part_area if found is None else area) == 0
         f_b = 0 if hidden else int(overlap <= self.max_overlap_px)
         doi = f_b * (1.0 - iou)
         decision = decide(doi, low=self.low, high=self.high)
@@ -294,10 +298,10 @@ class _Pair:
     def _reason(self, found: Crop | None, hidden: bool, f_b: int, decision: Decision) -> Reason:
         if not self.parts:
             return "no_detection"
-        if found is None:
-            return "no_object"
         if hidden:
             return "outside_warp"
+        if found is None:
+            return "no_object"
         if f_b == 0:
             return "seen_in_reference"
         if decision.adopt:

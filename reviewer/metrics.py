@@ -14,18 +14,26 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 
-from reviewer.masks import Mask, boundary
+from reviewer.masks import Mask, boundary, components
 
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Pixels by outcome; `ignored` pixels are left out of the other four."""
+    """Pixels by outcome; ignored and unseen ones are left out of TP, FP, FN and TN.
+
+    Attributes:
+        ignored: pixels that are not scored, because nobody could say what changed there.
+        unseen_px: other pixels that a run has not seen.
+        unseen_objects: changed objects (components of the truth) that are unseen as a whole.
+    """
 
     tp: int = 0
     fp: int = 0
     fn: int = 0
     tn: int = 0
     ignored: int = 0
+    unseen_px: int = 0
+    unseen_objects: int = 0
 
     @property
     def rightly_empty(self) -> bool:
@@ -39,19 +47,47 @@ class Counts:
             self.fn + other.fn,
             self.tn + other.tn,
             self.ignored + other.ignored,
+            self.unseen_px + other.unseen_px,
+            self.unseen_objects + other.unseen_objects,
         )
 
 
-def count(predicted: Mask, truth: Mask, ignore: Mask | None = None) -> Counts:
-    """Compare two bool (H, W) masks pixel by pixel, leaving out `ignore`."""
-    ignored = 0
+def count(
+    predicted: Mask, truth: Mask, ignore: Mask | None = None, valid: Mask | None = None
+) -> Counts:
+    """Compare two bool (H, W) masks pixel by pixel, leaving out `ignore` and what is not `valid`.
+
+    Args:
+        valid: pixels that the run has seen; None = all.
+    """
+    ignored = unseen_px = unseen_objects = 0
     if ignore is not None and ignore.any():
         ignored = int(np.count_nonzero(ignore))
         predicted, truth = predicted & ~ignore, truth & ~ignore
+    if valid is not None and not valid.all():
+        hidden = ~valid if ignore is None else ~(valid | ignore)
+        unseen_px = int(np.count_nonzero(hidden))
+        unseen_objects = _objects_within(truth, valid)
+        predicted, truth = predicted & valid, truth & valid
     tp = int(np.count_nonzero(predicted & truth))
     fp = int(np.count_nonzero(predicted)) - tp
     fn = int(np.count_nonzero(truth)) - tp
-    return Counts(tp, fp, fn, truth.size - ignored - tp - fp - fn, ignored)
+    tn = truth.size - ignored - unseen_px - tp - fp - fn
+    return Counts(tp, fp, fn, tn, ignored, unseen_px, unseen_objects)
+
+
+def _objects_within(truth: Mask, valid: Mask) -> int:
+    """Return how many components have no valid pixel."""
+    if not (truth & ~valid).any():
+        return 0
+    labels, parts = components(truth)
+    return len(parts) - len(np.unique(labels[truth & valid]))
+
+
+def unseen_share(counts: Counts) -> float:
+    """Share of the pixels that a run has not seen, of all that are not ignored, in [0, 1]."""
+    scored = counts.tp + counts.fp + counts.fn + counts.tn
+    return _ratio(counts.unseen_px, scored + counts.unseen_px, 0.0)
 
 
 def total(counts: Iterable[Counts]) -> Counts:

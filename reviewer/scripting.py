@@ -16,11 +16,17 @@ from reviewer.dataset.pictures import read_picture
 from reviewer.errors import NotFound
 from reviewer.masks import Mask, decode_rle
 from reviewer.models.interfaces import Field, Image
-from reviewer.pipeline.fields import load_flow, load_probability
+from reviewer.pipeline.fields import load_confidence, load_flow, load_probability
 from reviewer.pipeline.stored import warped_reference
 from reviewer.records import Pair, Run, StoredRegion
 from reviewer.store.database import Store
-from reviewer.store.layers import load_alignment, load_detection, load_labels, load_objects
+from reviewer.store.layers import (
+    StoredAlignment,
+    load_alignment,
+    load_detection,
+    load_labels,
+    load_objects,
+)
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_final_mask, load_prediction, load_regions
 from reviewer.store.runs import list_runs, run_of_name
@@ -70,16 +76,22 @@ class PairData:
         """
         return warped_reference(self._store, self._run(run), self.pair)
 
+    def confidence(self, run: str) -> Field | None:
+        """Return how sure the alignment is, float32 (H, W) in [0, 1]; None where its aligner does
+        not say.
+
+        Raises:
+            NotFound: when the run did not align the pair.
+        """
+        return load_confidence(self._alignment(run))
+
     def flow(self, run: str) -> Field:
         """Return the alignment, float32 (H, W, 2): live pixel to reference pixel.
 
         Raises:
             NotFound: when the run did not align the pair.
         """
-        found = load_alignment(self._store, self._run(run).id, self.pair.id)
-        if found is None:
-            raise NotFound(f"pair {self.title}: not aligned in run {run}")
-        return load_flow(found)
+        return load_flow(self._alignment(run))
 
     def truth(self) -> Mask | None:
         """Return the ground truth that counts, bool (H, W); None without any.
@@ -135,6 +147,12 @@ class PairData:
         """Return what was searched for, without empty labels."""
         found = load_labels(self._store, self._run(run).id, self.pair.id)
         return [label.label for label in found if label.label]
+
+    def _alignment(self, run: str) -> StoredAlignment:
+        found = load_alignment(self._store, self._run(run).id, self.pair.id)
+        if found is None:
+            raise NotFound(f"pair {self.title}: not aligned in run {run}")
+        return found
 
     def _run(self, name: str) -> Run:
         return run_of_name(self._store, name)

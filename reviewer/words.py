@@ -33,6 +33,7 @@ PairLayer = Literal[
     "warped",
     "live",
     "difference",
+    "unseen",
     "detector",
     "objects_live",
     "objects_reference",
@@ -60,7 +61,7 @@ Reason = Literal[
     "too_ill_posed",  # DoI >= high: look again
     "no_detection",  # M_o is empty: the output is empty
     "no_object",  # O_l is empty: DoI = 1, M_o is kept
-    "outside_warp",  # no pixel of the object lies where the warp is valid
+    "outside_warp",  # unseen: no pixel of the object (or of the components alone) can be compared
     "better_object",  # adoptable, but another object fits the shared component better
 ]
 WalkOrder = Literal["threshold", "loss", "disagreement"]

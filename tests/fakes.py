@@ -16,12 +16,14 @@ class FakeClicks:
     def __init__(self, score=0.5):
         self.score = score
         self.embedded = []
+        self.confidences = []
         self.prompts = []
         self.go_on = Event()
         self.go_on.set()
 
-    def embed(self, image, other):
+    def embed(self, image, other, confidence=None):
         self.embedded.append((image.copy(), None if other is None else other.copy()))
+        self.confidences.append(confidence)
         return {"size": np.float32(image.shape[:2]), "map": image.astype(np.float32) / 255}
 
     def predict(self, embedding, prompt):

@@ -211,6 +211,25 @@ def test_an_object_wholly_outside_the_valid_warp_is_not_judged():
     assert (result.regions[0].doi, result.regions[0].choice) == (0.0, "keep")
 
 
+@pytest.mark.parametrize("scope", ["image", "component"])
+def test_a_component_of_which_nothing_can_be_compared_says_nothing(scope):
+    (region,) = integrate(HALF, [], [], scope=scope, valid=~HALF).regions
+    assert (region.reason, region.f_b, region.doi) == ("outside_warp", 0, 0.0)
+    assert (region.choice, region.inspect) == ("keep", False)
+    corner = HALF.copy()
+    corner[tuple(np.argwhere(HALF)[0])] = False
+    (region,) = integrate(HALF, [], [], scope=scope, valid=~corner).regions
+    assert (region.reason, region.f_b, region.doi) == ("no_object", 1, 1.0)
+
+
+def test_scope_image_adopts_no_object_of_which_nothing_can_be_compared():
+    result = integrate(HALF, [LIVE, FAR], [], scope="image", valid=~FAR)
+    assert result.regions[0].object_indices == (0,)
+    assert result.regions[0].choice == "adopt" and (result.mask == LIVE).all()
+    nothing = integrate(HALF, [FAR], [], scope="image", valid=~FAR).regions[0]
+    assert (nothing.object_indices, nothing.reason) == ((0,), "outside_warp")
+
+
 def test_unknown_settings_are_refused():
     with pytest.raises(InvalidInput, match="unknown scope 'pixel'"):
         integrate(HALF, [], [], scope="pixel")

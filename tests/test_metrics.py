@@ -17,6 +17,7 @@ from reviewer.metrics import (
     precision,
     recall,
     total,
+    unseen_share,
 )
 
 EMPTY, FULL = np.zeros((2, 3), bool), np.ones((2, 3), bool)
@@ -35,6 +36,34 @@ def test_ignored_pixels_are_left_out_of_all_four():
     ignore = np.zeros((2, 3), bool)
     ignore[0] = True
     assert count(FULL, EMPTY, ignore) == Counts(0, 3, 0, 0, 3)
+
+
+def test_unseen_pixels_are_left_out_of_all_four():
+    valid, ignore = FULL.copy(), EMPTY.copy()
+    valid[0] = False
+    assert count(FULL, EMPTY, None, valid) == Counts(0, 3, unseen_px=3)
+    ignore[:, 0] = True
+    counts = count(FULL, EMPTY, ignore, valid)
+    assert counts == Counts(0, 2, ignored=2, unseen_px=2), "an ignored pixel counted as unseen"
+    assert counts + counts == Counts(0, 4, ignored=4, unseen_px=4)
+
+
+def test_the_share_of_unseen_pixels_is_of_those_that_are_not_ignored():
+    assert unseen_share(Counts(1, 1, 1, 3, ignored=100, unseen_px=2)) == 0.25
+    assert unseen_share(Counts(ignored=6)) == 0.0
+
+
+def test_a_changed_object_is_unseen_when_none_of_its_pixels_is_seen():
+    truth, valid = np.zeros((4, 9), bool), np.ones((4, 9), bool)
+    truth[0:2, 0:2] = truth[0:2, 4:6] = truth[3, 7:9] = True
+    valid[0:2, 0:3] = valid[0, 4] = False
+    hidden = count(truth & False, truth, None, valid)
+    assert (hidden.unseen_objects, hidden.fn) == (1, 3 + 2)
+    # An object that only ignored pixels keep from being unseen as a whole is unseen.
+    ignore = np.zeros_like(truth)
+    ignore[0, 5] = ignore[1, 4:6] = ignore[3] = True
+    assert count(truth & False, truth, ignore, valid).unseen_objects == 2
+    assert count(truth & False, truth, ignore).unseen_objects == 0
 
 
 def test_one_wrong_pixel():

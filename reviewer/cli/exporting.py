@@ -31,6 +31,12 @@ def export(
     run: Annotated[
         str | None, typer.Option(help="Export the final masks of this run instead of ground truth.")
     ] = None,
+    ignore_unseen: Annotated[
+        bool,
+        typer.Option(
+            "--ignore-unseen", help="With --run: what it has not seen goes with ill-posed pixels."
+        ),
+    ] = False,
     consensus: Annotated[
         int,
         typer.Option(
@@ -76,6 +82,7 @@ def export(
         least_px=least_px,
         most_px=most_px,
         run=run,
+        ignore_unseen=ignore_unseen,
         verdicts=tuple(verdict or ()),
         consensus=consensus,
     )

@@ -310,7 +310,7 @@ def print_scores(
     from reviewer.evaluation.basis import truth_basis
     from reviewer.evaluation.counting import refresh_counts
     from reviewer.evaluation.protocols import Protocol, protocol_lines
-    from reviewer.evaluation.tables import format_lines, short_row
+    from reviewer.evaluation.tables import MEAN, format_lines, short_row, unseen_text
     from reviewer.store.runs import run_of_name
     from reviewer.store.scores import pair_scores
     from reviewer.store.skips import count_skips, skipped_line
@@ -324,6 +324,12 @@ def print_scores(
     lines = protocol_lines(pair_scores(store, run, standings), chosen)
     # What is read by machines stays as it is; people read on the other channel.
     typer.echo(truth_basis(store, standings), err=form != "table")
+    unseen: dict[str, dict[str, None]] = {}
+    for line in lines:
+        if line.split == MEAN:
+            unseen.setdefault(unseen_text(line.counts), {})[line.run] = None
+    for text, names in unseen.items():
+        typer.echo(f"{', '.join(names)}: {text}", err=form != "table")
     if form != "table":
         typer.echo(format_lines(lines, form))
         return

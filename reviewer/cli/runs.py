@@ -27,12 +27,14 @@ runs_app = typer.Typer(
 app.add_typer(runs_app, name="runs")
 
 Name = Annotated[str, typer.Argument(help="Name of the run.")]
+NOTABLE_UNSEEN = 0.01
+"""Runs whose unseen shares differ by more have scores of their own that must not be compared."""
 AsJson = Annotated[bool, typer.Option("--json", help="Write JSON.")]
 
 
 @runs_app.command("list")
 def list_(as_json: AsJson = False, db: Database = DEFAULT_DB) -> None:
-    """List runs: members, pairs done, failed and scored, mean F without and with DoI."""
+    """List runs: members, pairs done, failed, scored, mean F without and with DoI, unseen share."""
     from reviewer.evaluation.comparing import mean_lines
     from reviewer.evaluation.counting import refresh_counts
     from reviewer.store.runs import list_runs, run_summary
@@ -54,6 +56,7 @@ def list_(as_json: AsJson = False, db: Database = DEFAULT_DB) -> None:
                     "scored": max((line.pairs for line in means.values()), default=0),
                     "F without DoI": means["base"].f_score if "base" in means else None,
                     "F with DoI": means["doi"].f_score if "doi" in means else None,
+                    "unseen": means["base"].unseen if "base" in means else None,
                     "made": run.created_at[:16].replace("T", " "),
                 }
             )
@@ -110,7 +113,10 @@ def compare(
     as_json: AsJson = False,
     db: Database = DEFAULT_DB,
 ) -> None:
-    """Compare two runs: settings that differ, F by split, and the pairs that changed most."""
+    """Compare two runs: settings that differ, F by split, and the pairs that changed most.
+
+    F is over the pixels that both runs have seen.
+    """
     from reviewer.evaluation.comparing import compare_runs
     from reviewer.evaluation.counting import refresh_counts
 
@@ -127,6 +133,12 @@ def compare(
     print_table(found.pairs, title="pairs that changed most")
     c = found.change
     typer.echo(f"mean F changes by {c.value:+.4f}, 95 % over pairs: {c.low:+.4f} to {c.high:+.4f}")
+    if abs(found.unseen[first] - found.unseen[second]) > NOTABLE_UNSEEN:
+        less, more = sorted(found.unseen, key=lambda name: found.unseen[name])
+        typer.echo(
+            f"{more} has not seen {found.unseen[more]:.1%} of the pixels, {less}"
+            f" {found.unseen[less]:.1%}: F is over the pixels that both have seen"
+        )
     if swapped:
         _print_swapped(again)
 

@@ -36,8 +36,10 @@ def whatif(
 
     The oracle is the highest F that any decisions of the same scope have.
     """
+    from reviewer.evaluation.counting import detector_counts, refresh_counts
     from reviewer.evaluation.outcomes import refresh_terms, run_terms
     from reviewer.evaluation.rules import rule_of_run, vary_rule
+    from reviewer.metrics import unseen_share
     from reviewer.store.runs import run_or_newest
 
     with open_store(db) as store:
@@ -45,6 +47,8 @@ def whatif(
         with progress_bar(chosen.name) as bar:
             refresh_terms(store, chosen, lambda done, total: bar(done, total, "terms"))
         engine = run_terms(store, chosen).whatif
+        refresh_counts(store)
+        unseen = unseen_share(detector_counts(store, chosen.name))
     if not engine.splits:
         raise NotFound(f"run {chosen.name}: no pair of it has both a prediction and ground truth")
     own = rule_of_run(chosen.settings)
@@ -61,7 +65,7 @@ def whatif(
     lines["detector alone"] = engine.base().f_scores()[0]
     lines["oracle"] = engine.oracle(rule.scope, rule.seen).f_scores()[0]
     for title, scores in lines.items():
-        row: dict[str, Any] = {"rule": title, "mean F": float(scores.mean())}
+        row: dict[str, Any] = {"rule": title, "mean F": float(scores.mean()), "unseen": unseen}
         row |= {split: float(score) for split, score in zip(splits, scores, strict=True)}
         rows.append(row)
     if as_json:

@@ -15,8 +15,9 @@ from reviewer.atomic import whole_file
 from reviewer.crossfit.folds import FoldData
 from reviewer.dataset.pictures import read_picture
 from reviewer.models.detectors.net import NetDetector
+from reviewer.models.interfaces import find_change
 from reviewer.pipeline.fields import probability_png
-from reviewer.pipeline.stored import warped_reference
+from reviewer.pipeline.stored import warped_view
 from reviewer.records import Run
 from reviewer.store.database import Store
 from reviewer.training.loop import Step
@@ -83,7 +84,8 @@ def _judge(
     """Write the probability maps of a fold's test pairs, 8-bit PNG."""
     detector = NetDetector(net, str(checkpoint))
     for pair in each.fold.test:
-        warped, valid = warped_reference(store, warper, pair)
-        probability = detector.detect(warped, read_picture(pair.live), valid)
+        warped, valid, confidence = warped_view(store, warper, pair)
+        live = read_picture(pair.live)
+        probability = find_change(detector, warped, live, valid, confidence)
         with whole_file(maps / pair.split / f"{pair.name}.png") as file:
             file.write(probability_png(probability))

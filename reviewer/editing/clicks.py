@@ -18,7 +18,7 @@ from reviewer.editing.pictures import load_pictures
 from reviewer.editing.worker import Urgency, Worker
 from reviewer.masks import Mask, crop_to_box
 from reviewer.models.clicks.embeddings import EmbeddingCache
-from reviewer.models.interfaces import Candidate, Click, Embedding, Image, Prompt
+from reviewer.models.interfaces import Candidate, Click, Embedding, Field, Image, Prompt
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
@@ -129,11 +129,15 @@ class Clicks:
         aligned = stage_keys(self._store, run.id, [pair.id])[pair.id].get("align") if run else None
         key = (pair.id, picture, run.id if run else 0, aligned, place)
 
-        def load() -> tuple[Image, Image | None]:
-            image, other = load_pictures(self._store, pair, run, picture)
+        def load() -> tuple[Image, Image | None, Field | None]:
+            image, other, confidence = load_pictures(self._store, pair, run, picture)
             if window is None:
-                return image, other
-            return image[window], None if other is None else other[window]
+                return image, other, confidence
+            return (
+                image[window],
+                None if other is None else other[window],
+                None if confidence is None else confidence[window],
+            )
 
         return self._cache.get(key, load)
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from reviewer.dataset.pictures import read_picture
 from reviewer.errors import NotFound
-from reviewer.models.interfaces import Image
+from reviewer.models.interfaces import Field, Image
 from reviewer.pipeline.fields import unpack_flow
-from reviewer.pipeline.stored import warped_reference
+from reviewer.pipeline.stored import warped_view
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment
@@ -18,18 +18,20 @@ from reviewer.words import Side
 
 def load_pictures(
     store: Store, pair: Pair, run: Run | None, picture: Side
-) -> tuple[Image, Image | None]:
-    """Return a picture, uint8 RGB, and the other one; None where no run aligns the reference.
+) -> tuple[Image, Image | None, Field | None]:
+    """Return a picture, uint8 RGB, the other one, and the confidence of the alignment; None for
+    the last two where no run aligns the reference, and for the last where its aligner has none.
 
     Raises:
         NotFound: when a file is gone, or the reference is asked for without a run that aligns it.
     """
     aligned = run is not None and pair_overview(store, run.id, pair.id).aligned
     if picture == "live" and not aligned:
-        return read_picture(pair.live), None
-    warped, _ = warped_reference(store, _aligned_run(pair, run), pair)
+        return read_picture(pair.live), None, None
+    warped, _, confidence = warped_view(store, _aligned_run(pair, run), pair)
     live = read_picture(pair.live)
-    return (live, warped) if picture == "live" else (warped, live)
+    first, second = (live, warped) if picture == "live" else (warped, live)
+    return first, second, confidence
 
 
 def live_point(

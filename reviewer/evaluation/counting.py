@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from reviewer.masks import decode_rle
-from reviewer.metrics import count
+from reviewer.metrics import Counts, count, total
 from reviewer.store.database import Store
-from reviewer.store.scores import save_scores, stale_scores
+from reviewer.store.scores import pair_scores, save_scores, stale_scores
 
 BATCH = 256
 
@@ -27,7 +27,7 @@ def refresh_counts(
                 count(
                     decode_rle(item.prediction),
                     decode_rle(item.truth),
-                    decode_rle(item.ignore) if item.ignore else None,
+                    *(decode_rle(mask) if mask else None for mask in (item.ignore, item.valid)),
                 ),
             )
             for item in batch
@@ -35,3 +35,9 @@ def refresh_counts(
         save_scores(store, counted)
         progress(start + len(batch), len(stale))
     return len(stale)
+
+
+def detector_counts(store: Store, run: str) -> Counts:
+    """Return the counts of a run's detector, all pairs together: they tell what a run has not
+    seen, which is the same for all of its masks."""
+    return total(score.counts for score in pair_scores(store, run) if score.method == "base")

@@ -142,6 +142,7 @@ class _Masks:
     change: Mask
     truth: Mask
     ignore: Mask | None
+    valid: Mask | None
     live: list[Crop | None]
     past: list[Rle]
 
@@ -151,17 +152,19 @@ class _Masks:
         revision = truth_of_pair(store, pair_id)
         assert detection is not None and revision is not None, "an integrated pair with a truth"
         objects = load_objects(store, run.id, pair_id)
+        alignment = load_alignment(store, run.id, pair_id)
         return cls(
             pair_id,
             decode_rle(detection.mask),
             decode_rle(revision.mask),
             revision.ignore(),
+            decode_rle(alignment.valid) if alignment else None,
             [crop_of_rle(thing.mask) for thing in objects if thing.side == "live"],
             [thing.mask for thing in objects if thing.side == "reference"],
         )
 
     def outcomes(self, store: Store, run: Run) -> Outcomes:
-        right, wrong = scored_pixels(self.truth, self.ignore)
+        right, wrong = scored_pixels(self.truth, self.ignore, self.valid)
         _, parts = components(self.change)
         return {
             stored.id: region_counts(stored.region, self.live, parts, right, wrong)
@@ -172,10 +175,8 @@ class _Masks:
 def _make(store: Store, run: Run, pair: StaleTerms) -> Made:
     masks = _Masks.load(store, run, pair.pair_id)
     height, width = masks.change.shape
-    alignment = load_alignment(store, run.id, pair.pair_id)
-    valid = decode_rle(alignment.valid) if alignment else None
     past = merge_rles(masks.past, height, width)
-    terms = pair_terms(masks.change, masks.live, past, valid, masks.truth, masks.ignore)
+    terms = pair_terms(masks.change, masks.live, past, masks.valid, masks.truth, masks.ignore)
     return pair, terms.truth_px, _packed(terms), masks.outcomes(store, run)
 
 

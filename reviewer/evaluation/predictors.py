@@ -81,25 +81,26 @@ def detector_spoke(row: AuditRow) -> bool:
 
 def predict_errors(rows: Sequence[AuditRow]) -> tuple[tuple[Predictor, ...], SeenRegions]:
     """Return DoI as a predictor over all regions, those with an object, and those of them with
-    f_b = 1; the baseline over all regions; and what became of those with f_b = 0."""
-    rows = [row for row in rows if detector_spoke(row)]
+    f_b = 1; the baseline over all regions; and what became of those with f_b = 0. A region of
+    which nothing can be compared is in none of them."""
+    rows = [row for row in rows if detector_spoke(row) and row.reason != "outside_warp"]
     doi = np.array([row.doi for row in rows], np.float64)
     touched = np.array(["adopt" in row.outcomes for row in rows], np.bool_)
-    unseen = np.array([row.f_b == 1 for row in rows], np.bool_)
+    new = np.array([row.f_b == 1 for row in rows], np.bool_)
     risk = np.array([1.0 - _iou(row.outcomes["keep"]) for row in rows], np.float64)
     pairs = np.array([row.pair_id for row in rows], np.int64)
     everything = np.ones(len(rows), np.bool_)
     judged = (
         ("DoI, all regions", doi, everything),
         ("DoI, regions with an object", doi, touched),
-        ("DoI, with an object and f_b = 1", doi, touched & unseen),
+        ("DoI, with an object and f_b = 1", doi, touched & new),
         ("no object touches it, all regions", (~touched).astype(np.float64), everything),
     )
     predictors = tuple(
         _predictor(title, score[here], risk[here], pairs[here]) for title, score, here in judged
     )
-    wrong = int(np.count_nonzero(_errors(risk[~unseen])))
-    seen = int(np.count_nonzero(~unseen))
+    wrong = int(np.count_nonzero(_errors(risk[~new])))
+    seen = int(np.count_nonzero(~new))
     return predictors, SeenRegions(seen, wrong, wrong / seen if seen else float("nan"))
 
 

@@ -54,10 +54,14 @@ class ShapeScore:
     bands: tuple[float, ...] | None
 
 
-def score_shapes(predicted: Mask, truth: Mask, ignore: Mask | None = None) -> ShapeScore:
-    """Compare two bool (H, W) masks; pixels of `ignore` belong to neither."""
+def score_shapes(
+    predicted: Mask, truth: Mask, ignore: Mask | None = None, valid: Mask | None = None
+) -> ShapeScore:
+    """Compare two bool (H, W) masks; pixels of `ignore`, or not `valid`, belong to neither."""
     if ignore is not None and ignore.any():
         predicted, truth = predicted & ~ignore, truth & ~ignore
+    if valid is not None:
+        predicted, truth = predicted & valid, truth & valid
     around = crop_to_box(predicted | truth)
     if around is None:
         return ShapeScore(tuple(Counts() for _ in IOUS), None, None)
@@ -133,8 +137,8 @@ def shape_rows(
 
 
 def _score(item: MaskPair) -> ShapeScore:
-    ignore = decode_rle(item.ignore) if item.ignore else None
-    return score_shapes(decode_rle(item.prediction), decode_rle(item.truth), ignore)
+    left_out = (decode_rle(mask) if mask else None for mask in (item.ignore, item.valid))
+    return score_shapes(decode_rle(item.prediction), decode_rle(item.truth), *left_out)
 
 
 def _row(run: str, method: Method, scores: Sequence[ShapeScore]) -> dict[str, str | float]:

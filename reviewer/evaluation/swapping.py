@@ -24,10 +24,10 @@ from reviewer.evaluation.predicting import Interval
 from reviewer.evaluation.protocols import Protocol, paired_change, protocol_lines
 from reviewer.masks import Mask, decode_rle
 from reviewer.metrics import Counts, count
-from reviewer.models.interfaces import Detector, ModelFailed
+from reviewer.models.interfaces import Detector, ModelFailed, find_change
 from reviewer.models.registry import open_detector
 from reviewer.models.warping import warp_image
-from reviewer.pipeline.fields import load_flow, store_detection
+from reviewer.pipeline.fields import load_confidence, load_flow, store_detection
 from reviewer.pipeline.settings import IMPORTED, PipelineSettings
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
@@ -125,7 +125,7 @@ def _count_both(
     valid = decode_rle(alignment.valid)
     live = read_picture(pair.live)
     warped = warp_image(read_picture(pair.reference), load_flow(alignment))
-    probability = detector.detect(live, warped, valid)
+    probability = find_change(detector, live, warped, valid, load_confidence(alignment))
     if not np.isfinite(probability).all():
         raise ModelFailed("detector: gave probabilities that are not finite for this pair")
     masks = mask_pair(store, run.id, pair.id, "base")

@@ -20,6 +20,7 @@ from reviewer.evaluation.protocols import Protocol, protocol_lines, with_unjudge
 from reviewer.evaluation.rule_scores import rule_scores
 from reviewer.evaluation.rules import rule_of_run
 from reviewer.evaluation.tables import METHOD_TITLE
+from reviewer.metrics import total, unseen_share
 from reviewer.pipeline.settings import IMPORTED
 from reviewer.records import Run
 from reviewer.store.database import Store
@@ -58,6 +59,7 @@ class Row:
         pairs: on how many it stands.
         values: F by group, and of their mean.
         spreads: sample standard deviations over the runs, by group; empty for one run.
+        unseen: share of the pixels that the runs have not seen, in [0, 1].
     """
 
     title: str
@@ -67,6 +69,7 @@ class Row:
     pairs: int
     values: Mapping[str, float]
     spreads: Mapping[str, float]
+    unseen: float
 
     @property
     def text(self) -> str:
@@ -80,11 +83,12 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class _Scored:
-    """A run under a variant, and the pairs that were scored."""
+    """A run under a variant, the pairs that were scored, and the share that it has not seen."""
 
     own: bool
     pair_ids: frozenset[int]
     values: Mapping[str, float]
+    unseen: float
 
 
 def table_a_rows(
@@ -137,8 +141,10 @@ def _variants(
     base, doi, audited = (
         [score for score in scores if score.method == method] for method in METHODS
     )
+    # What a run has not seen is the same under every rule; other rules' terms do not hold it.
+    unseen = unseen_share(total(score.counts for score in base or doi or audited))
     if base:
-        yield "", _scored(base, protocol, own=True)
+        yield "", _scored(base, protocol, unseen, own=True)
     if doi:
         progress(run.name)
         refresh_terms(store, run)
@@ -148,17 +154,19 @@ def _variants(
             rule = replace(mine, scope=scope, seen=seen or mine.seen)
             variant = scope if rule.seen == "keep" else f"{scope}, f_b = 0: {rule.seen}"
             if rule == mine:
-                yield variant, _scored(doi, protocol, own=True)
+                yield variant, _scored(doi, protocol, unseen, own=True)
                 continue
             other = [s for s in rule_scores(store, run, rule) if s.pair_id in counted]
-            yield variant, _scored(other, protocol, own=False)
+            yield variant, _scored(other, protocol, unseen, own=False)
     if audited:
-        yield AUDITED, _scored(audited, protocol, own=True)
+        yield AUDITED, _scored(audited, protocol, unseen, own=True)
 
 
-def _scored(scores: Sequence[PairScore], protocol: Protocol, *, own: bool) -> _Scored:
+def _scored(
+    scores: Sequence[PairScore], protocol: Protocol, unseen: float, *, own: bool
+) -> _Scored:
     values = {line.split: line.f_score for line in protocol_lines(scores, protocol)}
-    return _Scored(own, frozenset(score.pair_id for score in scores), values)
+    return _Scored(own, frozenset(score.pair_id for score in scores), values, unseen)
 
 
 def _members(runs: Mapping[str, Run], repeats: Repeats) -> list[tuple[str, tuple[str, ...]]]:
@@ -222,7 +230,8 @@ def _row(title: str, names: tuple[str, ...], variant: str, scored: Sequence[_Sco
     several = len(scored) > 1
     spreads = {group: stdev(column) for group, column in columns.items()} if several else {}
     own = all(each.own for each in scored)
-    return Row(title, names, variant, own, len(scored[0].pair_ids), values, spreads)
+    unseen = fmean(each.unseen for each in scored)
+    return Row(title, names, variant, own, len(scored[0].pair_ids), values, spreads, unseen)
 
 
 def read_repeats(given: Sequence[str]) -> dict[str, tuple[str, ...]]:

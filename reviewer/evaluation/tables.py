@@ -13,7 +13,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from reviewer.metrics import Counts, f_score, precision, recall
+from reviewer.metrics import Counts, f_score, precision, recall, unseen_share
 from reviewer.records import Score
 from reviewer.texts import as_cell, as_latex, as_markdown
 from reviewer.words import Method, TextFormat
@@ -39,6 +39,11 @@ class Line:
     precision: float
     recall: float
     f_score: float
+
+    @property
+    def unseen(self) -> float:
+        """Share of the pixels that the run has not seen, in [0, 1]; they are in no score."""
+        return unseen_share(self.counts)
 
 
 def table_lines(scores: Sequence[Score]) -> list[Line]:
@@ -100,7 +105,7 @@ def format_lines(lines: Sequence[Line], form: TextFormat) -> str:
     """Write lines as text; numbers keep all their digits in JSON and CSV."""
     rows = [_row(line) for line in lines]
     if form == "latex":
-        columns = ["run", "method", "split", "pairs", "P", "R", "F"]
+        columns = ["run", "method", "split", "pairs", "P", "R", "F", "unseen"]
         return _latex(columns, [_cells(line) for line in lines])
     if form == "json":
         return json.dumps(rows, indent=1)
@@ -137,7 +142,14 @@ def shown_scores(line: Line) -> tuple[float | None, float | None, float | None]:
 
 def _cells(line: Line) -> list[str]:
     numbers = [_short(value) for value in shown_scores(line)]
-    return [line.run, METHOD_TITLE[line.method], line.split, str(line.pairs), *numbers]
+    return [
+        line.run,
+        METHOD_TITLE[line.method],
+        line.split,
+        str(line.pairs),
+        *numbers,
+        _short(line.unseen),
+    ]
 
 
 def _latex(columns: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -155,7 +167,7 @@ def _is_number(text: str) -> bool:
 
 
 def short_row(line: Line, group: str = "split") -> dict[str, str | int | float | None]:
-    """Return the columns that people read: run, method, group, pairs, P, R, F."""
+    """Return the columns that people read: run, method, group, pairs, P, R, F, unseen."""
     precisions, recalls, scores = shown_scores(line)
     return {
         "run": line.run,
@@ -165,11 +177,21 @@ def short_row(line: Line, group: str = "split") -> dict[str, str | int | float |
         "P": precisions,
         "R": recalls,
         "F": scores,
+        "unseen": line.unseen,
     }
 
 
-_COLUMNS = ("run", "method", "split", "pairs", "precision", "recall", "f_score",
-            "tp", "fp", "fn", "tn", "ignored")  # fmt: skip
+def unseen_text(counts: Counts) -> str:
+    """Return what of the scored pairs a run has not seen, as the line beside its scores."""
+    objects = counts.unseen_objects
+    return (
+        f"{unseen_share(counts):.2%} of the pixels are unseen, {objects} changed"
+        f" object{'s' * (objects != 1)} as a whole; they are left out"
+    )
+
+
+_COLUMNS = ("run", "method", "split", "pairs", "precision", "recall", "f_score", "unseen",
+            "tp", "fp", "fn", "tn", "ignored", "unseen_px", "unseen_objects")  # fmt: skip
 
 
 def _row(line: Line) -> dict[str, str | int | float]:
@@ -182,16 +204,22 @@ def _row(line: Line) -> dict[str, str | int | float]:
         "precision": line.precision,
         "recall": line.recall,
         "f_score": line.f_score,
+        "unseen": line.unseen,
         "tp": counts.tp,
         "fp": counts.fp,
         "fn": counts.fn,
         "tn": counts.tn,
         "ignored": counts.ignored,
+        "unseen_px": counts.unseen_px,
+        "unseen_objects": counts.unseen_objects,
     }
 
 
 def _markdown(lines: Sequence[Line]) -> str:
-    out = ["| run | method | split | pairs | P | R | F |", "|---|---|---|---:|---:|---:|---:|"]
+    out = [
+        "| run | method | split | pairs | P | R | F | unseen |",
+        "|---|---|---|---:|---:|---:|---:|---:|",
+    ]
     for line in lines:
         out.append(_markdown_row(_cells(line)).replace(f"| {MEAN} |", f"| **{MEAN}** |"))
     return "\n".join(out)

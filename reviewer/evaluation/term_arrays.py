@@ -26,8 +26,8 @@ class EquationArrays:
     def adoptable(self, rules: Sequence[Rule]) -> Bools:
         """Return low < DoI < high, bool (rules, terms)."""
         low, high = (np.array([getattr(r, n) for r in rules])[:, None] for n in ("low", "high"))
-        unseen = (self.overlap >= 0) & ~self._seen(rules)
-        doi = np.where(unseen, 1.0 - self.iou, 0.0)
+        new = (self.overlap >= 0) & ~self._seen(rules)
+        doi = np.where(new, 1.0 - self.iou, 0.0)
         return np.asarray((doi > low) & (doi < high))
 
     def rejected(self, rules: Sequence[Rule]) -> Bools:

@@ -62,10 +62,10 @@ def pair_terms(
     """Return the terms of a pair; masks bool (H, W), live objects cut out.
 
     Args:
-        valid: as in `doi.integrate`.
-        ignore: pixels that are not scored.
+        valid: as in `doi.integrate`; what is not valid is not scored.
+        ignore: pixels that are not scored either.
     """
-    right, wrong = scored_pixels(truth, ignore)
+    right, wrong = scored_pixels(truth, ignore, valid)
     _, parts = components(change)
     by_object = integrate_crops(change, live, reference, valid=valid, overlaps="all").regions
     whole = integrate_crops(change, live, reference, valid=valid, scope="image").regions[0]
@@ -79,11 +79,12 @@ def pair_terms(
     )
 
 
-def scored_pixels(truth: Mask, ignore: Mask | None) -> tuple[Mask, Mask]:
+def scored_pixels(truth: Mask, ignore: Mask | None, valid: Mask | None) -> tuple[Mask, Mask]:
     """Return the pixels where finding a change is right and where it is wrong, bool (H, W) each."""
-    if ignore is None:
-        return truth, ~truth
-    return truth & ~ignore, ~truth & ~ignore
+    scored = np.ones_like(truth) if valid is None else valid
+    if ignore is not None:
+        scored = scored & ~ignore
+    return truth & scored, ~truth & scored
 
 
 def region_counts(

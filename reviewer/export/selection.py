@@ -14,6 +14,7 @@ from reviewer.masks import Mask, Rle, decode_rle, encode_rle
 from reviewer.records import MaskRevision, Pair
 from reviewer.store.audit_rows import pairs_with_verdict
 from reviewer.store.database import Store
+from reviewer.store.layers import load_alignment
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_final_mask
 from reviewer.store.reviews import pairs_in_state
@@ -33,6 +34,8 @@ class Selection:
         annotators: masks that one of these drew last.
         least_px, most_px: changed pixels of the mask.
         run: final masks of this run (after verdicts, where there are any) in place of ground truth.
+        ignore_unseen: pixels that `run` has not seen go with ill-posed ones. Ground truth has none:
+            what is unseen depends on the run.
         verdicts: pairs with a region (of `run`, else of any) on which one of these was said last.
         consensus: what more than half of the people who drew a pair and finished it made of it, in
             place of one mask; 0 = no, else how many people there must be. Where exactly half of
@@ -46,6 +49,7 @@ class Selection:
     least_px: int | None = None
     most_px: int | None = None
     run: str | None = None
+    ignore_unseen: bool = False
     verdicts: tuple[str, ...] = ()
     consensus: int = 0
     skipped: tuple[str, ...] = ()
@@ -53,6 +57,8 @@ class Selection:
     def __post_init__(self) -> None:
         if self.run is not None and self.annotators:
             raise InvalidInput("export: --annotator is about ground truth, --run about predictions")
+        if self.ignore_unseen and self.run is None:
+            raise InvalidInput("export: --ignore-unseen is about predictions, and needs --run")
         if self.consensus and (self.run is not None or self.annotators):
             raise InvalidInput(
                 "export: --consensus is of all people, not of a run or of one person"
@@ -106,7 +112,7 @@ def select_labelled(store: Store, selection: Selection) -> tuple[list[Labelled],
         judged = pairs_with_verdict(store, selection.verdicts, judging)
         pairs = [pair for pair in pairs if pair.id in judged]
     if selection.run:
-        found = _predictions(store, pairs, selection.run)
+        found = _predictions(store, pairs, selection.run, selection.ignore_unseen)
     elif selection.consensus:
         found = _agreed(store, pairs, selection.consensus)
     else:
@@ -166,14 +172,24 @@ def _majority(pair: Pair, revisions: Sequence[MaskRevision]) -> Labelled:
     return Labelled(pair, encode_rle(changed), ignored_by_most, origin)
 
 
-def _predictions(store: Store, pairs: Sequence[Pair], name: str) -> dict[int, Labelled]:
+def _predictions(
+    store: Store, pairs: Sequence[Pair], name: str, ignore_unseen: bool
+) -> dict[int, Labelled]:
     run = run_of_name(store, name)
     found = {}
     for pair in pairs:
         mask = load_final_mask(store, run.id, pair.id)
         if mask is not None:
-            found[pair.id] = Labelled(pair, mask, None, {"run": name})
+            unseen = _unseen(store, run.id, pair.id) if ignore_unseen else None
+            found[pair.id] = Labelled(pair, mask, unseen, {"run": name})
     return found
+
+
+def _unseen(store: Store, run_id: int, pair_id: int) -> Rle | None:
+    """Return what a run has not seen of a pair; None where it has seen everything."""
+    alignment = load_alignment(store, run_id, pair_id)
+    unseen = None if alignment is None else encode_rle(~decode_rle(alignment.valid))
+    return unseen if unseen is not None and unseen.area else None
 
 
 def _fits(item: Labelled, selection: Selection) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -81,6 +81,24 @@ class Detector(Protocol):
         ...
 
 
+@runtime_checkable
+class ConfidentDetector(Protocol):
+    """A detector that also reads how sure the alignment is, where the aligner says so."""
+
+    def detect_confident(self, warped: Image, live: Image, valid: Mask, confidence: Field) -> Field:
+        """Return what `Detector.detect` does; `confidence` as in `Alignment`."""
+        ...
+
+
+def find_change(
+    detector: Detector, warped: Image, live: Image, valid: Mask, confidence: Field | None
+) -> Field:
+    """Return what a detector finds, float32 (H, W), with the confidence where it reads one."""
+    if confidence is not None and isinstance(detector, ConfidentDetector):
+        return detector.detect_confident(warped, live, valid, confidence)
+    return detector.detect(warped, live, valid)
+
+
 @dataclass(frozen=True, slots=True)
 class Said:
     """A labeller's answer about a component of M_o, or about the whole mask (component None).
@@ -115,6 +133,7 @@ class PairView:
         labels: names to search for, each once, none of them empty; none for a segmenter that does
             not read them.
         reference, flow: the reference as it was taken, and the flow that warps it.
+        confidence: as in `Alignment`; None where the aligner does not say.
     """
 
     live: Image
@@ -124,6 +143,7 @@ class PairView:
     labels: tuple[str, ...]
     reference: Image
     flow: Field
+    confidence: Field | None = None
 
 
 class Segmenter(Protocol):
@@ -179,8 +199,16 @@ class ClickSegmenter(Protocol):
         """Whether an embedding costs enough to be kept on disk."""
         ...
 
-    def embed(self, image: Image, other: Image | None) -> Embedding:
-        """Prepare an image; `other` shows the same view at the other time, None without one."""
+    def embed(
+        self, image: Image, other: Image | None, confidence: Field | None = None
+    ) -> Embedding:
+        """Prepare an image.
+
+        Args:
+            other: shows the same view at the other time, None without one.
+            confidence: how sure the alignment of the two is, as in `Alignment`; both images are in
+                the live frame, whichever of them is embedded. None where nobody says.
+        """
         ...
 
     def predict(self, embedding: Embedding, prompt: Prompt) -> list[Candidate]:

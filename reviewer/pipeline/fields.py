@@ -1,8 +1,9 @@
-"""Between arrays and what the store keeps: flow fields, probability maps, warped references.
+"""Between arrays and what the store keeps: flow and confidence, probabilities, warped references.
 
 A flow is kept on every 4th pixel in 1/32 pixel steps: 640x480 takes about 30 KB, and the warped
-reference is made from it when somebody looks. Later stages read the kept flow, never the original,
-so a resumed run gives the same bytes as an uninterrupted one.
+reference is made from it when somebody looks. The confidence is kept on the same pixels, as 8-bit
+grey. Later stages read what is kept, never the original, so a resumed run gives the same bytes as
+an uninterrupted one.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from reviewer.dataset.layers import Packing
 from reviewer.dataset.pictures import read_picture
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask, encode_rle
-from reviewer.models.interfaces import Alignment, Field, Image
+from reviewer.models.interfaces import Alignment, Field, Image, ModelFailed
 from reviewer.models.warping import inside, warp_image
 from reviewer.pipeline.judging import judge, judge_detection
 from reviewer.records import Pair, Run
@@ -28,11 +29,21 @@ STEP = 32.0
 
 def pack_flow(flow: Field) -> bytes:
     """Return a flow field (H, W, 2) as bytes: every 4th pixel, 1/32 pixel, compressed."""
-    height, width = flow.shape[:2]
-    x, y = np.meshgrid(_samples(width), _samples(height))
-    coarse = cv2.remap(flow, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    limited = np.clip(np.round(coarse * STEP), -32768, 32767).astype("<i2")
+    limited = np.clip(np.round(_coarse(flow) * STEP), -32768, 32767).astype("<i2")
     return zlib.compress(limited.tobytes(), 6)
+
+
+def pack_confidence(confidence: Field) -> bytes:
+    """Return a confidence (H, W) in [0, 1] as an 8-bit grey PNG: the means around every 4th pixel.
+
+    Raises:
+        ModelFailed: when it holds something else than numbers from 0 to 1.
+    """
+    # A comparison with NaN is False, so this refuses it as well.
+    if not ((confidence >= 0) & (confidence <= 1)).all():
+        raise ModelFailed("aligner: gave a confidence that is not in [0, 1] for this pair")
+    around = (STRIDE + 1, STRIDE + 1)
+    return probability_png(_coarse(cv2.blur(confidence, around, borderType=cv2.BORDER_REPLICATE)))
 
 
 def unpack_flow(data: bytes, height: int, width: int, stride: int = STRIDE) -> Field:
@@ -46,11 +57,23 @@ def unpack_flow(data: bytes, height: int, width: int, stride: int = STRIDE) -> F
         values = np.frombuffer(zlib.decompress(data), "<i2").reshape(rows, columns, 2)
     except (zlib.error, ValueError) as error:
         raise InvalidInput(f"flow: does not fit an image of {width}x{height}, {error}") from error
-    coarse = values.astype(np.float32) / STEP
+    return _full(values.astype(np.float32) / STEP, height, width, stride)
+
+
+def _coarse(field: Field) -> Field:
+    """Return the samples of a field (H, W) or (H, W, 2) that are kept."""
+    height, width = field.shape[:2]
+    x, y = np.meshgrid(_samples(width), _samples(height))
+    found = cv2.remap(field, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(found, np.float32)
+
+
+def _full(samples: Field, height: int, width: int, stride: int) -> Field:
+    """Return the field between its samples."""
     x, y = np.meshgrid(
         np.arange(width, dtype=np.float32) / stride, np.arange(height, dtype=np.float32) / stride
     )
-    full = cv2.remap(coarse, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    full = cv2.remap(samples, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(full, np.float32)
 
 
@@ -72,6 +95,7 @@ def store_alignment(alignment: Alignment, reference: Image, live: Image) -> Stor
         judged.residual_after,
         judged.backward_px,
         judged.doubt,
+        None if alignment.confidence is None else pack_confidence(alignment.confidence),
     )
 
 
@@ -92,6 +116,15 @@ def load_flow(alignment: StoredAlignment) -> Field:
     """Return the kept flow, float32 (H, W, 2)."""
     valid = alignment.valid
     return unpack_flow(alignment.flow, valid.height, valid.width, alignment.flow_stride)
+
+
+def load_confidence(alignment: StoredAlignment) -> Field | None:
+    """Return the kept confidence, float32 (H, W) in [0, 1]; None where the aligner has none."""
+    if alignment.confidence_png is None:
+        return None
+    valid = alignment.valid
+    samples = _read_grey(alignment.confidence_png)
+    return _full(samples, valid.height, valid.width, alignment.flow_stride)
 
 
 def store_detection(probability: Field, threshold: float) -> StoredDetection:
@@ -124,5 +157,9 @@ def load_probability(detection: StoredDetection) -> Field | None:
     """Return the probability map, float32 (H, W) in [0, 1]; None when only a mask was imported."""
     if detection.probability_png is None:
         return None
-    levels = cv2.imdecode(np.frombuffer(detection.probability_png, np.uint8), cv2.IMREAD_GRAYSCALE)
+    return _read_grey(detection.probability_png)
+
+
+def _read_grey(png: bytes) -> Field:
+    levels = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_GRAYSCALE)
     return np.asarray(levels, np.float32) / np.float32(255)

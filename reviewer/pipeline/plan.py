@@ -28,7 +28,7 @@ STAGE_VERSIONS: dict[Stage, int] = {
     "detect": 1,
     "label": 1,
     "search": 1,
-    "integrate": 1,
+    "integrate": 2,
 }
 
 

@@ -12,9 +12,9 @@ from reviewer.dataset.pictures import read_picture
 from reviewer.doi import Region, compose
 from reviewer.errors import Conflict, NotFound
 from reviewer.masks import Mask, decode_rle, union
-from reviewer.models.interfaces import Image
+from reviewer.models.interfaces import Field, Image
 from reviewer.models.warping import warp_image
-from reviewer.pipeline.fields import load_flow
+from reviewer.pipeline.fields import load_confidence, load_flow
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment, load_detection, load_objects
@@ -82,8 +82,18 @@ def warped_reference(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask]:
     Raises:
         NotFound: when the pair was not aligned in this run.
     """
+    return warped_view(store, run, pair)[:2]
+
+
+def warped_view(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask, Field | None]:
+    """Return what `warped_reference` does, and the confidence of the alignment, float32 (H, W);
+    None where the aligner has none.
+
+    Raises:
+        NotFound: when the pair was not aligned in this run.
+    """
     alignment = load_alignment(store, run.id, pair.id)
     if alignment is None:
         raise NotFound(f"pair {pair.title}: not aligned in run {run.name}; run stage align first")
     warped = warp_image(read_picture(pair.reference), load_flow(alignment))
-    return warped, decode_rle(alignment.valid)
+    return warped, decode_rle(alignment.valid), load_confidence(alignment)

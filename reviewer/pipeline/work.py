@@ -20,10 +20,15 @@ from reviewer.dataset.pictures import read_picture
 from reviewer.doi import integrate_crops
 from reviewer.errors import NotFound, ReviewerError
 from reviewer.masks import Mask, crop_of_rle, decode_rle, encode_rle, merge_rles
-from reviewer.models.interfaces import Image, Instance, ModelFailed, PairView
+from reviewer.models.interfaces import Image, Instance, ModelFailed, PairView, find_change
 from reviewer.models.registry import segmenter_reads
 from reviewer.models.warping import warp_image
-from reviewer.pipeline.fields import load_flow, store_alignment, store_detection
+from reviewer.pipeline.fields import (
+    load_confidence,
+    load_flow,
+    store_alignment,
+    store_detection,
+)
 from reviewer.pipeline.members import Members
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.records import ObjectInstance, Pair
@@ -155,7 +160,8 @@ class Bench:
             raise NotFound(f"pair {self._pair.title}: has no imported detection")
         assert self._settings.threshold is not None, "a prepared run names its threshold"
         warped, valid = self._warp
-        probability = self._members.detector.detect(warped, self.live, valid)
+        confidence = load_confidence(self._aligned())
+        probability = find_change(self._members.detector, warped, self.live, valid, confidence)
         if not np.isfinite(probability).all():
             raise ModelFailed("detector: gave probabilities that are not finite for this pair")
         self._known.detection = store_detection(probability, self._settings.threshold)
@@ -187,6 +193,7 @@ class Bench:
             tuple(dict.fromkeys(named)),
             self.reference,
             load_flow(self._aligned()),
+            load_confidence(self._aligned()),
         )
         found = self._members.segmenter.segment(view)
         self._known.objects = [

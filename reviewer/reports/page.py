@@ -22,7 +22,7 @@ from reviewer.evaluation.protocols import Protocol, protocol_lines
 from reviewer.evaluation.rules import rule_of_run, vary_rule
 from reviewer.evaluation.shapes import shape_rows
 from reviewer.evaluation.table_a import table_a_rows
-from reviewer.evaluation.tables import DASH, MEAN, Line, short_row
+from reviewer.evaluation.tables import DASH, MEAN, Line, short_row, unseen_text
 from reviewer.records import Run
 from reviewer.reports.audit_figure import draw_predictors
 from reviewer.reports.rows_figure import draw_rows, telling_pairs
@@ -97,7 +97,8 @@ def report_page(
     ]
     for each in runs:
         told(each.name)
-        parts.append(_run_part(store, each, counted))
+        seen = next(line for line in lines if (line.run, line.split) == (each.name, MEAN))
+        parts.append(_run_part(store, each, counted, unseen_text(seen.counts)))
     told("pictures")
     parts.append(_pictures(store, runs, standings))
     return (
@@ -137,12 +138,12 @@ def _first(lines: Sequence[Line]) -> tuple[str, str]:
 
 def _pixels(line: Line) -> int:
     c = line.counts
-    return c.tp + c.fp + c.fn + c.tn + c.ignored
+    return c.tp + c.fp + c.fn + c.tn + c.ignored + c.unseen_px
 
 
-def _run_part(store: Store, run: Run, counted: Collection[int]) -> str:
-    """What a run decided: F under other thresholds, decisions against the oracle's, DoI as a sign
-    of errors."""
+def _run_part(store: Store, run: Run, counted: Collection[int], unseen: str) -> str:
+    """What a run has not seen and what it decided: F under other thresholds, decisions against the
+    oracle's, DoI as a sign of errors."""
     refresh_terms(store, run)
     terms = run_terms(store, run, counted)
     parts = [f"<h2>{html.escape(run.name)}</h2>"]
@@ -151,7 +152,7 @@ def _run_part(store: Store, run: Run, counted: Collection[int]) -> str:
         f"{run.aligner}, {run.detector}, {run.settings.get('labeller')}, {run.segmenter};"
         f" scope {rule.scope}, f_b = 0: {rule.seen}"
     )
-    parts.append(f'<p class="soft">{html.escape(members)}</p>')
+    parts.append(f'<p class="soft">{html.escape(members)}. {unseen}.</p>')
     if terms.pair_ids:
         values = np.linspace(0.0, 1.01, STEPS)
         engine = terms.whatif

@@ -22,16 +22,19 @@ def groups_of(rows: Sequence[Row]) -> list[str]:
 
 def columns_of(rows: Sequence[Row]) -> list[str]:
     """Return the column titles of `table_a_cells`."""
-    return ["Method", "pairs", "Mean F", *groups_of(rows)[1:]]
+    return ["Method", "pairs", "unseen", "Mean F", *groups_of(rows)[1:]]
 
 
 def scope_rows(rows: Sequence[Row]) -> list[dict[str, Value]]:
-    """Return a short table: one row per method, mean F by variant; None where a run has none."""
+    """Return a short table: one row per method, what was not seen, mean F by variant; None where a
+    run has none."""
     found: dict[tuple[str, ...], dict[str, Value]] = {}
     titles = {"": METHOD_TITLE["base"], AUDITED: AUDITED}
     columns = list(dict.fromkeys(row.variant for row in rows))
     for row in rows:
-        short = found.setdefault(row.runs, {"run": ", ".join(row.runs), "pairs": row.pairs})
+        short = found.setdefault(
+            row.runs, {"run": ", ".join(row.runs), "pairs": row.pairs, "unseen": row.unseen}
+        )
         for variant in columns:
             short.setdefault(titles.get(variant, f"with DoI ({variant})"), None)
         short[titles.get(row.variant, f"with DoI ({row.variant})")] = row.values[MEAN]
@@ -39,7 +42,7 @@ def scope_rows(rows: Sequence[Row]) -> list[dict[str, Value]]:
 
 
 def table_a_cells(rows: Sequence[Row], bold: str = "{}", sign: str = "±") -> list[list[str]]:
-    """Return the cells as text: method, pairs, mean F, F by group; the best of a column is bold."""
+    """Return the cells as text: method, pairs, unseen, mean F, F by group; the best F is bold."""
     groups = groups_of(rows)
     best = {
         group: max(round(row.values[group], 4) for row in rows if group in row.values)
@@ -48,7 +51,7 @@ def table_a_cells(rows: Sequence[Row], bold: str = "{}", sign: str = "±") -> li
     lines = []
     for row in rows:
         cells = [_cell(row, group, best[group], bold, sign) for group in groups]
-        lines.append([row.text, str(row.pairs), *cells])
+        lines.append([row.text, str(row.pairs), f"{row.unseen:.4f}", *cells])
     return lines
 
 
@@ -92,6 +95,7 @@ def row_record(row: Row, rows: Sequence[Row]) -> dict[str, Value]:
         "DoI": row.variant,
         "run": ", ".join(row.runs),
         "pairs": row.pairs,
+        "unseen": row.unseen,
     }
     several = any(each.spreads for each in rows)
     for group in groups_of(rows):

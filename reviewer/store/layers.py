@@ -31,6 +31,8 @@ class StoredAlignment:
         residual_before, residual_after: mean absolute grey difference, 0..255.
         backward_px: median forward-backward error, pixels; None where there is no way back.
         doubt: why it looks badly aligned, "" = it does not.
+        confidence_png: how sure it is on the samples of the flow, 255 = surely; None where the
+            aligner does not say.
     """
 
     flow: bytes
@@ -40,6 +42,7 @@ class StoredAlignment:
     residual_after: float
     backward_px: float | None = None
     doubt: str = ""
+    confidence_png: bytes | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +89,7 @@ def put_alignment(
         alignment.residual_after,
         alignment.backward_px,
         alignment.doubt,
+        alignment.confidence_png,
     ]
     db.execute(f"INSERT OR REPLACE INTO alignments VALUES ({_marks(values)})", values)
 
@@ -113,6 +117,7 @@ def load_alignment(store: Store, run_id: int, pair_id: int) -> StoredAlignment |
         row["residual_after"],
         row["backward_px"],
         row["doubt"],
+        row["confidence"],
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from reviewer.masks import Rle, rle_beside
 from reviewer.metrics import Counts
@@ -15,10 +15,18 @@ from reviewer.store.revisions import rle_of_row
 from reviewer.store.skips import NOT_SKIPPED
 from reviewer.words import Method, Standing
 
+COUNTS = tuple(field.name for field in fields(Counts))
+TRUTH = "t.rle AS t_rle, t.area AS t_area, t.ignore_rle, a.valid_rle"
+"""In a query over `ground_truth t` and `alignments a`: what a prediction is held against."""
+
 
 @dataclass(frozen=True, slots=True)
 class StaleScore:
-    """A prediction whose counts are missing or belong to an older revision."""
+    """A prediction whose counts are missing or belong to an older revision.
+
+    Attributes:
+        valid: pixels that the run has seen; None where it has no alignment.
+    """
 
     run_id: int
     pair_id: int
@@ -27,6 +35,7 @@ class StaleScore:
     revision: int
     truth: Rle
     ignore: Rle | None
+    valid: Rle | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,13 +53,18 @@ class PairScore:
 
 @dataclass(frozen=True, slots=True)
 class MaskPair:
-    """A prediction and the ground truth of its pair."""
+    """A prediction, the ground truth of its pair, and what of it is scored.
+
+    Attributes:
+        valid: pixels that the run has seen; None where it has no alignment.
+    """
 
     run: str
     method: Method
     prediction: Rle
     truth: Rle
     ignore: Rle | None
+    valid: Rle | None
 
 
 def mask_pair_keys(
@@ -78,33 +92,33 @@ def mask_pair(store: Store, run_id: int, pair_id: int, method: Method) -> MaskPa
     row = (
         store.read()
         .execute(
-            "SELECT p.*, r.name, t.rle AS t_rle, t.area AS t_area, t.ignore_rle FROM predictions p"
+            f"SELECT p.*, r.name, {TRUTH} FROM predictions p"
             " JOIN runs r ON r.id = p.run_id JOIN ground_truth t ON t.pair_id = p.pair_id"
+            " LEFT JOIN alignments a ON a.run_id = p.run_id AND a.pair_id = p.pair_id"
             " WHERE p.run_id = ? AND p.pair_id = ? AND p.method = ?",
             [run_id, pair_id, method],
         )
         .fetchone()
     )
-    truth, ignore = _truth_of_row(row)
-    return MaskPair(row["name"], method, rle_of_row(row), truth, ignore)
+    return MaskPair(row["name"], method, rle_of_row(row), *_truth_of_row(row))
 
 
-def _truth_of_row(row: sqlite3.Row) -> tuple[Rle, Rle | None]:
+def _truth_of_row(row: sqlite3.Row) -> tuple[Rle, Rle | None, Rle | None]:
     truth = Rle(row["height"], row["width"], row["t_rle"], row["t_area"], (0, 0, 0, 0))
-    return truth, rle_beside(truth, row["ignore_rle"])
+    return truth, rle_beside(truth, row["ignore_rle"]), rle_beside(truth, row["valid_rle"])
 
 
 def stale_scores(store: Store, pair_id: int | None = None) -> list[StaleScore]:
     """Return the predictions to count again, of one pair or of all."""
-    query = """
-    SELECT p.*, t.number AS revision, t.rle AS t_rle, t.area AS t_area, t.ignore_rle
+    query = f"""
+    SELECT p.*, t.number AS revision, {TRUTH}
     FROM predictions p JOIN ground_truth t ON t.pair_id = p.pair_id
-    LEFT JOIN scores s USING (run_id, pair_id, method)
+    LEFT JOIN alignments a ON a.run_id = p.run_id AND a.pair_id = p.pair_id
+    LEFT JOIN scores s ON s.run_id = p.run_id AND s.pair_id = p.pair_id AND s.method = p.method
     WHERE (s.revision IS NULL OR s.revision <> t.number) AND (?1 IS NULL OR p.pair_id = ?1)
     """
     found = []
     for row in store.read().execute(query, [pair_id]):
-        truth, ignore = _truth_of_row(row)
         found.append(
             StaleScore(
                 row["run_id"],
@@ -112,8 +126,7 @@ def stale_scores(store: Store, pair_id: int | None = None) -> list[StaleScore]:
                 row["method"],
                 rle_of_row(row),
                 row["revision"],
-                truth,
-                ignore,
+                *_truth_of_row(row),
             )
         )
     return found
@@ -122,23 +135,17 @@ def stale_scores(store: Store, pair_id: int | None = None) -> list[StaleScore]:
 def save_scores(store: Store, scores: Sequence[tuple[StaleScore, Counts]]) -> None:
     """Write counts in one transaction."""
     rows = [
-        [s.run_id, s.pair_id, s.method, s.revision, c.tp, c.fp, c.fn, c.tn, c.ignored]
+        [s.run_id, s.pair_id, s.method, s.revision, *(getattr(c, name) for name in COUNTS)]
         for s, c in scores
     ]
-    store.write(
-        lambda db: db.executemany(
-            "INSERT OR REPLACE INTO scores VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", rows
-        )
-    )
+    marks = ", ".join("?" * (4 + len(COUNTS)))
+    store.write(lambda db: db.executemany(f"INSERT OR REPLACE INTO scores VALUES ({marks})", rows))
 
 
 def split_scores(store: Store, run: str | None = None) -> list[Score]:
     """Return counts pooled per run, method and split, without skipped pairs."""
     rows = store.read().execute(
-        "SELECT run, method, split, count(*) AS pairs, sum(tp) AS tp, sum(fp) AS fp, sum(fn) AS fn,"
-        " sum(tn) AS tn, sum(ignored) AS ignored FROM pair_scores"
-        " WHERE ?1 IS NULL OR run = ?1"
-        " GROUP BY run, method, split ORDER BY run, method, split",
+        "SELECT * FROM split_scores WHERE ?1 IS NULL OR run = ?1 ORDER BY run, method, split",
         [run],
     )
     return [_score(row) for row in rows]
@@ -184,19 +191,9 @@ def pair_scores(
     ]
 
 
-def pair_f_scores(store: Store, run_id: int, method: Method) -> dict[str, float]:
-    """Return F of every counted pair of a run that is not skipped, by "split/name"."""
-    rows = store.read().execute(
-        "SELECT split || '/' || pair AS title, f_score FROM pair_scores"
-        " WHERE run_id = ? AND method = ? ORDER BY 1",
-        [run_id, method],
-    )
-    return {row["title"]: row["f_score"] for row in rows}
-
-
 def _score(row: sqlite3.Row) -> Score:
     return Score(row["run"], row["method"], row["split"], row["pairs"], _counts(row))
 
 
 def _counts(row: sqlite3.Row) -> Counts:
-    return Counts(row["tp"], row["fp"], row["fn"], row["tn"], row["ignored"])
+    return Counts(**{name: row[name] for name in COUNTS})

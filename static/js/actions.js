@@ -99,6 +99,7 @@ export function actionsOf({ state, session, side, modes, looking }) {
     blink: (down) => state.hold({ blinking: down }),
     swipe: (down) => state.hold({ swiping: down }),
     outline: () => state.change({ outline: !state.outline }),
+    unseen: () => state.change({ veiled: !state.veiled }),
     fit: () => looking.fitAll(),
     goto: () => looking.goToProposal(),
     fainter: () => set("opacity", state.opacity - 0.1, 0, 1),

@@ -36,6 +36,7 @@ export function showSettings(state) {
   press("button[data-tool]", (element) => element.dataset.tool === state.tool);
   press("#target", () => state.target === "ignore");
   press('[data-action="outline"]', () => state.outline);
+  press('[data-action="unseen"]', () => state.veiled);
   for (const tab of document.querySelectorAll("[data-side]")) {
     const { side } = /** @type {HTMLElement} */ (tab).dataset;
     tab.setAttribute("aria-selected", String(side === state.side));
@@ -92,7 +93,7 @@ function write(id, text) {
 
 /** @param {NonNullable<import("./state.js").Pair["alignment"]>} found */
 function alignmentFact(found) {
-  const parts = [`warp ${Math.round(found.valid_fraction * 100)} % valid`,
+  const parts = [`unseen ${Math.round((1 - found.valid_fraction) * 100)} %`,
     `difference ${found.residual_before.toFixed(1)} → ${found.residual_after.toFixed(1)}`];
   if (found.backward_px !== null) parts.push(`there and back ${found.backward_px.toFixed(1)} px`);
   return parts.join(", ");

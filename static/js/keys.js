@@ -41,6 +41,7 @@ export const KEYS = [
   { key: " ", action: "blink", title: "Blink live and reference (hold)", group: "Look", held: true },
   { key: "s", action: "swipe", title: "Swipe: reference left of the cursor (hold)", group: "Look", held: true },
   { key: "n", action: "outline", title: "Outline only", group: "Look" },
+  { key: "Shift+u", action: "unseen", title: "Veil what the run has not seen, on live and reference", group: "Look" },
   { key: "f", action: "fit", title: "Fit the whole image", group: "Look" },
   { key: "g", action: "goto", title: "Fit the selected proposal", group: "Look" },
   { key: "-", action: "fainter", title: "Fainter overlays", group: "Look", repeats: true },

@@ -15,6 +15,7 @@ export const LAYERS = {
   warped: { title: "Reference → live", base: "warped", mask: "rim" },
   live: { title: "Live + mask", base: "live", mask: "fill" },
   difference: { title: "Difference", base: "difference", mask: "rim" },
+  unseen: { title: "Unseen", base: "live", overlay: "unseen", mask: "rim" },
   detector: { title: "Detector", base: "live", overlay: "detector", dim: true, machine: true, mask: "rim" },
   objects_live: { title: "Objects, live", base: "live", overlay: "objects_live", dim: true, machine: true, mask: "rim" },
   objects_reference: { title: "Objects, reference", base: "warped", overlay: "objects_reference", dim: true, machine: true, mask: "rim" },
@@ -32,8 +33,8 @@ export function doubtOf(wanted, shown, doubt) {
   const [first, ...more] = doubt.split("; ");
   const reasons = first + (more.length ? `, and ${more.length} more reason${more.length > 1 ? "s" : ""}` : "");
   if (wanted !== shown) return `Reference as taken: the warp is in doubt (${reasons})`;
-  const { base, machine } = LAYERS[shown];
-  return machine || base === "warped" || base === "difference" ? `In doubt: ${reasons}` : "";
+  const { base, overlay, machine } = LAYERS[shown];
+  return machine || base === "warped" || base === "difference" || overlay === "unseen" ? `In doubt: ${reasons}` : "";
 }
 
 /** Which picture a click in a pane of this layer means. @param {Layer} layer */

@@ -33,6 +33,7 @@ const DEFAULTS = {
   brightness: 1,
   contrast: 1,
   outline: false,
+  veiled: false,
   dark: true,
   side: "proposals",
   keys: /** @type {Record<string, string>} */ ({}),
@@ -62,6 +63,8 @@ export class State extends News {
     this.brightness = DEFAULTS.brightness;
     this.contrast = DEFAULTS.contrast;
     this.outline = DEFAULTS.outline;
+    /** Whether what the run has not seen is veiled on live and reference. */
+    this.veiled = DEFAULTS.veiled;
     this.dark = DEFAULTS.dark;
     /** The open tab of the side. */
     this.side = DEFAULTS.side;

@@ -139,15 +139,18 @@ export class View {
     const { state } = this;
     const { layers, width, height } = /** @type {import("./state.js").Pair} */ (state.pair);
     const available = [layer.base, layer.overlay].every((l) => !l || layers.includes(l));
-    const unseen = Boolean(layer.machine) && state.blind;
+    const secret = Boolean(layer.machine) && state.blind;
     const swap = reference && layer.base === "live" && layers.includes(state.past);
-    const wanted = [swap ? state.past : layer.base, state.hidden || unseen ? "" : layer.overlay ?? ""];
-    const [base, overlay] = wanted.map((l) => (l && available ? this.pictures.get(this.url(l)) : null));
+    const wanted = [swap ? state.past : layer.base, state.hidden || secret ? "" : layer.overlay ?? ""];
+    // The reference as it was taken lies in another frame than what is unseen.
+    const veiled = state.veiled && !state.hidden && layers.includes("unseen") && ["live", "warped"].includes(wanted[0]);
+    wanted.push(veiled && layer.overlay !== "unseen" ? "unseen" : "");
+    const [base, overlay, veil] = wanted.map((l) => (l && available ? this.pictures.get(this.url(l)) : null));
     const key = [place, item.canvas.width, item.canvas.height, state.opacity, state.brightness, state.contrast,
-      state.dark, layer.dim, wanted.map(this.url), Boolean(base?.bitmap), Boolean(overlay?.bitmap)].join();
-    const note = unseen ? "Hidden until you have submitted"
-      : available ? base?.error || overlay?.error || "" : `${layer.title}: not in this run yet`;
-    const complete = [base, overlay].every((picture) => !picture || picture.bitmap || picture.error);
+      state.dark, layer.dim, wanted.map(this.url), Boolean(base?.bitmap), Boolean(overlay?.bitmap), Boolean(veil?.bitmap)].join();
+    const note = secret ? "Hidden until you have submitted"
+      : available ? base?.error || overlay?.error || veil?.error || "" : `${layer.title}: not in this run yet`;
+    const complete = [base, overlay, veil].every((picture) => !picture || picture.bitmap || picture.error);
     if (item.ground.key === key) return { canvas: item.ground.canvas, note, complete };
     const { canvas } = item.ground;
     canvas.width = item.canvas.width;
@@ -161,15 +164,13 @@ export class View {
     context.filter = plain ? "none" : `brightness(${state.brightness}) contrast(${state.contrast})`;
     if (base?.bitmap) context.drawImage(base.bitmap, 0, 0, width, height);
     context.filter = "none";
-    if (overlay?.bitmap) {
-      if (layer.dim) {
-        context.fillStyle = "rgba(0, 0, 0, 0.35)";
-        context.fillRect(0, 0, width, height);
-      }
-      context.globalAlpha = Math.min(1, 0.35 + state.opacity);
-      context.drawImage(overlay.bitmap, 0, 0, width, height);
-      context.globalAlpha = 1;
+    if (overlay?.bitmap && layer.dim) {
+      context.fillStyle = "rgba(0, 0, 0, 0.35)";
+      context.fillRect(0, 0, width, height);
     }
+    context.globalAlpha = Math.min(1, 0.35 + state.opacity);
+    for (const laid of [veil, overlay]) if (laid?.bitmap) context.drawImage(laid.bitmap, 0, 0, width, height);
+    context.globalAlpha = 1;
     item.ground.key = key;
     return { canvas, note, complete };
   }

@@ -69,7 +69,7 @@
  *   live: string, viewpoint_distance: number | null, revision: number,
  *   state: "todo" | "in_progress" | "submitted" | "approved" | "confirmed_empty" | "skipped",
  *   truth: TruthInfo | null, run: string | null,
- *   layers: ("reference" | "warped" | "live" | "difference" | "detector" | "objects_live" | "objects_reference" | "doi" | "prediction" | "ground_truth")[],
+ *   layers: ("reference" | "warped" | "live" | "difference" | "unseen" | "detector" | "objects_live" | "objects_reference" | "doi" | "prediction" | "ground_truth")[],
  *   version: string, doubt: string, skip: SkipInfo | null, alignment: AlignmentInfo | null,
  *   labels: LabelInfo[], reads_labels: boolean, regions: RegionInfo[],
  *   scores: Record<string, ScoreInfo>, audit: number}} JudgedPair
@@ -111,7 +111,7 @@
  *   live: string, viewpoint_distance: number | null, revision: number,
  *   state: "todo" | "in_progress" | "submitted" | "approved" | "confirmed_empty" | "skipped",
  *   truth: TruthInfo | null, run: string | null,
- *   layers: ("reference" | "warped" | "live" | "difference" | "detector" | "objects_live" | "objects_reference" | "doi" | "prediction" | "ground_truth")[],
+ *   layers: ("reference" | "warped" | "live" | "difference" | "unseen" | "detector" | "objects_live" | "objects_reference" | "doi" | "prediction" | "ground_truth")[],
  *   version: string, doubt: string, skip: SkipInfo | null, alignment: AlignmentInfo | null,
  *   labels: LabelInfo[], reads_labels: boolean, regions: RegionInfo[],
  *   scores: Record<string, ScoreInfo>}} PairDetail
@@ -176,9 +176,10 @@
  * @typedef {{id: number, name: string, aligner: string, detector: string, segmenter: string}} RunInfo
  */
 /**
- * Pixel counts and scores of one method on a pair.
+ * Pixel counts and scores of one method on a pair; `unseen` is the share of pixels that the run
+ * has not seen, and are in no count, `unseen_objects` how many changed objects lie there whole.
  * @typedef {{tp: number, fp: number, fn: number, tn: number, precision: number, recall: number,
- *   f_score: number}} ScoreInfo
+ *   f_score: number, unseen: number, unseen_objects: number}} ScoreInfo
  */
 /**
  * From the frame: it shows this pair.

@@ -10,7 +10,8 @@ from reviewer.editing.clicks import ClickRequest, crop_window, keep_best
 from reviewer.editing.pictures import live_point
 from reviewer.errors import NotFound
 from reviewer.models.interfaces import Candidate, Click, Prompt
-from reviewer.pipeline.stored import warped_reference
+from reviewer.pipeline.fields import pack_confidence
+from reviewer.pipeline.stored import warped_reference, warped_view
 from reviewer.store.layers import load_alignment
 
 
@@ -37,6 +38,23 @@ def test_without_an_alignment_the_live_image_can_still_be_clicked(clicks, segmen
     assert segmenter.embedded[0][1] is None
     with pytest.raises(NotFound, match="no run aligns"):
         ask(clicks, tiny_split[0], None, "reference")
+
+
+def test_a_segmenter_is_told_how_sure_the_alignment_is(clicks, segmenter, db, run, tiny_split):
+    pair = tiny_split[0]
+    ask(clicks, pair, run)
+    assert segmenter.confidences == [None]  # this aligner does not say
+    sure = np.tile(np.linspace(0, 1, 160, dtype=np.float32), (120, 1))
+    db.write(lambda c: c.execute("UPDATE alignments SET confidence = ?", [pack_confidence(sure)]))
+    pair = tiny_split[1]
+    for picture in ("live", "reference"):
+        ask(clicks, pair, run, picture)
+    prompt = Prompt((Click(130, 100),))
+    ask(clicks, pair, run, prompt=prompt, crop=True)
+    live, reference, crop = segmenter.confidences[1:]
+    np.testing.assert_array_equal(live, reference)
+    np.testing.assert_array_equal(live, warped_view(db, run, pair)[2])
+    np.testing.assert_array_equal(crop, live[24:120, 64:160])
 
 
 def test_both_pictures_of_the_next_pairs_are_embedded_ahead(clicks, segmenter, run, tiny_split):

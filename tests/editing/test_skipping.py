@@ -23,7 +23,6 @@ from reviewer.store.runs import delete_run
 from reviewer.store.scores import (
     mask_pair_keys,
     pair_counts,
-    pair_f_scores,
     pair_scores,
     split_scores,
 )
@@ -115,7 +114,6 @@ def test_a_skipped_pair_counts_in_no_score_and_no_audit(db, run, ada):
     after = counted()
     assert after == {name: pairs - {1} for name, pairs in before.items()}
     assert {score.pairs for score in split_scores(db)} == {len(before["scores"]) - 1}
-    assert "cs1/0000" not in pair_f_scores(db, run.id, "doi")
     assert 1 not in {
         stop.pair_id
         for stop in list_doubtful(

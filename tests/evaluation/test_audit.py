@@ -162,6 +162,13 @@ def test_regions_seen_in_the_reference_stand_on_a_line_of_their_own():
     assert audit_report(ROWS).record()["seen"] == {"regions": 0, "errors": 0, "share": None}
 
 
+def test_a_region_of_which_nothing_can_be_compared_predicts_nothing():
+    unseen = replace(SEEN[0], reason="outside_warp")
+    with_it, without = audit_report([*ROWS, unseen]), audit_report(ROWS)
+    assert with_it.seen.regions == 0
+    assert [p.regions for p in with_it.predictors] == [p.regions for p in without.predictors]
+
+
 def test_the_report_of_a_run_and_its_figure(db, run, tiny_split, tmp_path):
     refresh_terms(db, run)
     region = audit_rows(db, run.id)[0]

@@ -73,7 +73,7 @@ def test_lines_may_be_workspaces_or_object_groups():
 def test_latex_is_escaped():
     lines = protocol_lines([score(1, (1, 1, 1), run="a_b 50%")], Protocol())
     text = format_lines(lines, "latex")
-    assert r"a\_b 50\%" in text and text.startswith(r"\begin{tabular}{lllrrrr}")
+    assert r"a\_b 50\%" in text and text.startswith(r"\begin{tabular}{lllrrrrr}")
 
 
 def test_the_paired_bootstrap_knows_no_change_and_a_sure_one():

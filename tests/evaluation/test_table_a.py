@@ -151,46 +151,50 @@ def test_repetitions_are_scored_on_the_same_pairs(db, tiny_split):
 
 
 ROWS = [
-    Row("A_1", ("a",), "", True, 8, {"mean": 0.5, "cs1": 0.4, "hw1": 0.6}, {}),
-    Row("A_1", ("a",), "image", True, 8, {"mean": 0.55, "cs1": 0.4, "hw1": 0.7}, {}),
+    Row("A_1", ("a",), "", True, 8, {"mean": 0.5, "cs1": 0.4, "hw1": 0.6}, {}, 0.0),
+    Row("A_1", ("a",), "image", True, 8, {"mean": 0.55, "cs1": 0.4, "hw1": 0.7}, {}, 0.0),
     Row("B", ("b", "c"), "image", True, 8, {"mean": 0.54, "cs1": 0.5, "hw1": 0.58},
-        {"mean": 0.01, "cs1": 0.02, "hw1": 0.03}),
+        {"mean": 0.01, "cs1": 0.02, "hw1": 0.03}, 0.25),
 ]  # fmt: skip
 
 
 def test_the_best_of_every_column_is_bold():
     text = table_a_text(ROWS, "markdown").splitlines()
-    assert text[0] == "| Method | pairs | Mean F | cs1 | hw1 |"
+    assert text[0] == "| Method | pairs | unseen | Mean F | cs1 | hw1 |"
     assert text[2:] == [
-        r"| A\_1 | 8 | 0.5000 | 0.4000 | 0.6000 |",
-        r"| A\_1 w/ DoI (image) | 8 | **0.5500** | 0.4000 | **0.7000** |",
-        "| B w/ DoI (image) | 8 | 0.5400 ± 0.0100 | **0.5000 ± 0.0200** | 0.5800 ± 0.0300 |",
+        r"| A\_1 | 8 | 0.0000 | 0.5000 | 0.4000 | 0.6000 |",
+        r"| A\_1 w/ DoI (image) | 8 | 0.0000 | **0.5500** | 0.4000 | **0.7000** |",
+        "| B w/ DoI (image) | 8 | 0.2500 | 0.5400 ± 0.0100 | **0.5000 ± 0.0200**"
+        " | 0.5800 ± 0.0300 |",
     ]
 
 
 def test_latex_has_a_rule_between_the_blocks_as_in_the_paper():
     text = table_a_text(ROWS, "latex").splitlines()
-    assert text[0] == r"\begin{tabular}{lrrrr}"
+    assert text[0] == r"\begin{tabular}{lrrrrr}"
     assert text.count(r"\midrule") == 2
-    assert r"A\_1 w/ DoI (image) & 8 & \textbf{0.5500} & 0.4000 & \textbf{0.7000} \\" in text
-    assert r"B w/ DoI (image) & 8 & 0.5400 $\pm$ 0.0100" in text[-3]
+    assert (
+        r"A\_1 w/ DoI (image) & 8 & 0.0000 & \textbf{0.5500} & 0.4000 & \textbf{0.7000} \\" in text
+    )
+    assert r"B w/ DoI (image) & 8 & 0.2500 & 0.5400 $\pm$ 0.0100" in text[-3]
 
 
 def test_numbers_keep_all_their_digits_in_json():
     rows = json.loads(table_a_text(ROWS, "json"))
     assert rows[0] == {
-        "method": "A_1", "DoI": "", "run": "a", "pairs": 8,
+        "method": "A_1", "DoI": "", "run": "a", "pairs": 8, "unseen": 0.0,
         "mean": 0.5, "mean spread": None, "cs1": 0.4, "cs1 spread": None,
         "hw1": 0.6, "hw1 spread": None,
     }  # fmt: skip
     assert rows[2]["run"] == "b, c" and rows[2]["mean spread"] == 0.01
-    assert table_a_text(ROWS[:2], "csv").splitlines()[1] == "A_1,,a,8,0.5,0.4,0.6"
+    assert table_a_text(ROWS[:2], "csv").splitlines()[1] == "A_1,,a,8,0.0,0.5,0.4,0.6"
 
 
 def test_the_short_table_has_a_row_a_run_and_both_scopes(db, tiny_split):
     made(db, "r")
     (row,) = scope_rows(rows_of(db))
-    assert list(row) == ["run", "pairs", "without DoI", "with DoI (component)", "with DoI (image)"]
+    assert list(row)[:3] == ["run", "pairs", "unseen"]
+    assert list(row)[3:] == ["without DoI", "with DoI (component)", "with DoI (image)"]
     assert row["run"] == "r" and row["pairs"] == 3
 
 
@@ -299,4 +303,4 @@ def test_after_another_truth_the_other_scope_follows(db, tiny_split):
         draw(db, pair.id, "Ada", MaskEdit(empty_rle(120, 160), 1))
     after = rows_of(db)
     assert empty > 0 and [row.values["mean"] for row in after] == [0.0] * 3
-    assert table_a_cells(after)[0][2] == "0.0000"
+    assert table_a_cells(after)[0][3] == "0.0000"

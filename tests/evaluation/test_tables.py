@@ -107,7 +107,7 @@ def test_a_split_that_is_rightly_empty_has_a_dash_for_its_scores():
     markdown = format_lines(lines, "markdown")
     assert "| cs1 | 2 | – | – | – |" in markdown and "| cs2 | 2 | 0.0000 |" in markdown
     assert "cs1 & 2 & – & – & –" in format_lines(lines, "latex")
-    assert r"\begin{tabular}{lllrrrr}" in format_lines(lines, "latex")
+    assert r"\begin{tabular}{lllrrrrr}" in format_lines(lines, "latex")
     assert json.loads(format_lines(lines, "json"))[0]["f_score"] == 0.0
 
 

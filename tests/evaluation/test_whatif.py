@@ -63,7 +63,7 @@ def by_masks(rule):
             overlaps=rule.overlaps,
             seen=rule.seen,
         )
-        counts[SPLITS[k % 3]].append(count(result.mask, truth, ignore))
+        counts[SPLITS[k % 3]].append(count(result.mask, truth, ignore, valid))
     return {split: total(found) for split, found in counts.items()}
 
 
@@ -85,8 +85,8 @@ def test_every_rule_has_the_counts_of_its_masks(whatif):
 def test_the_base_is_the_detector(whatif):
     base = whatif.base()
     counts = {split: [] for split in SPLITS}
-    for k, (change, _, _, _, truth, ignore) in enumerate(SCENES):
-        counts[SPLITS[k % 3]].append(count(change, truth, ignore))
+    for k, (change, _, _, valid, truth, ignore) in enumerate(SCENES):
+        counts[SPLITS[k % 3]].append(count(change, truth, ignore, valid))
     assert [int(v) for v in base.tp[0]] == [total(counts[split]).tp for split in SPLITS]
     assert [int(v) for v in base.fp[0]] == [total(counts[split]).fp for split in SPLITS]
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from people import draw
 from scenes import write_split
+from seeing import hide
 from typer.testing import CliRunner
 
 from reviewer.cli import app
@@ -21,6 +22,7 @@ from reviewer.editing.commit import MaskEdit, change_state
 from reviewer.editing.verdicts import give_verdict
 from reviewer.errors import Conflict, InvalidInput, NotFound
 from reviewer.export.folds import export_folds, make_folds
+from reviewer.export.png import export_png
 from reviewer.export.selection import Selection, select_labelled
 from reviewer.export.t0t1 import export_t0t1
 from reviewer.export.webdataset import export_webdataset
@@ -207,6 +209,8 @@ def test_pairs_are_selected_by_state_person_and_size(db, tiny_split, ill_posed):
         titles(db, least_px=10**6)
     with pytest.raises(InvalidInput, match="is about ground truth"):
         Selection(annotators=("Ada",), run="x")
+    with pytest.raises(InvalidInput, match="--ignore-unseen is about predictions"):
+        Selection(ignore_unseen=True)
     with pytest.raises(InvalidInput, match="there is no state 'todo'; there are in_progress"):
         Selection(states=("todo",))
 
@@ -218,6 +222,48 @@ def test_final_masks_of_a_run_take_the_place_of_ground_truth(db, run, tiny_split
     assert without == [] and [item.origin for item in labelled] == [{"run": run.name}] * 3
     for item in labelled:
         assert item.mask == load_final_mask(db, run.id, item.pair.id)
+
+
+@pytest.fixture
+def left_unseen(db, run, tiny_split):
+    """The run has not seen the left of the first pair, and all of the others."""
+    unseen = np.arange(160)[None, :].repeat(120, axis=0) < 60
+    for pair in tiny_split:
+        hide(db, run.id, pair.id, unseen if pair is tiny_split[0] else unseen & False)
+    return unseen
+
+
+def test_unseen_pixels_of_a_prediction_are_void_where_asked(db, run, left_unseen, tmp_path):
+    plain, void = tmp_path / "plain", tmp_path / "void"
+    export(db, plain, Selection(run=run.name), ignore="255")
+    export(db, void, Selection(run=run.name, ignore_unseen=True), ignore="255")
+    for name in ("0000", "0001", "0002"):
+        before, after = (grey(place / "cs1" / "mask" / f"{name}.png") for place in (plain, void))
+        assert not (before == 255).any()
+        hidden = left_unseen if name == "0000" else left_unseen & False
+        assert ((after == 255) == hidden).all() and (after[~hidden] == before[~hidden]).all()
+
+
+def test_what_a_run_has_not_seen_is_no_part_of_the_ground_truth(db, run, tiny_split, tmp_path):
+    labelled, _ = select_labelled(db, ALL)
+    assert export_png(labelled, tmp_path / "before", ALL) == 3
+    for pair in tiny_split:
+        hide(db, run.id, pair.id, np.ones((120, 160), bool))
+    export_png(select_labelled(db, ALL)[0], tmp_path / "after", ALL)
+    files = [path for path in (tmp_path / "before").rglob("*") if path.is_file()]
+    assert len(files) == 4
+    for path in files:
+        other = tmp_path / "after" / path.relative_to(tmp_path / "before")
+        assert other.read_bytes() == path.read_bytes()
+
+
+def test_the_command_writes_unseen_pixels_beside_the_mask(db, run, left_unseen, tmp_path):
+    given = ["--run", run.name, "--ignore-unseen", "--db", str(db.path)]
+    done = CliRunner().invoke(app, ["export", "png", str(tmp_path / "set"), *given])
+    assert done.exit_code == 0, done.output
+    ignored = decode_png((tmp_path / "set" / "cs1" / "0000.ignore.png").read_bytes())
+    assert (ignored == left_unseen).all()
+    assert not (tmp_path / "set" / "cs1" / "0001.ignore.png").exists()
 
 
 def test_shards_are_read_by_webdataset_and_masks_are_the_same(db, tiny_split, ill_posed, tmp_path):

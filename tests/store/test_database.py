@@ -189,6 +189,26 @@ def test_older_results_are_doubted_by_what_was_kept_of_them(tmp_path):
     old.conn.close()
 
 
+def test_counts_of_before_unseen_pixels_were_left_out_are_made_again(tmp_path):
+    known = load_migrations()._migrations
+    place = next(k for k, migration in enumerate(known) if migration.name == "m014_unseen")
+    old = sqlite_utils.Database(tmp_path / "x.db")
+    for migration in known[:place]:
+        migration.fn(old)
+    old.execute("PRAGMA foreign_keys = OFF")
+    old.execute("INSERT INTO alignments VALUES (1, 1, x'00', 4, '04', 0.5, 9.0, 3.0, 0.7, 'no')")
+    old.execute("INSERT INTO scores VALUES (1, 1, 'doi', 1, 5, 6, 7, 8, 9)")
+    old.execute("INSERT INTO pair_terms VALUES (1, 1, 1, 'key', 5, '{}')")
+    old.execute("INSERT INTO region_outcomes VALUES (1, 'keep', 1, 5, 6, 7)")
+    known[place].fn(old)
+    assert [old[name].count for name in ("scores", "pair_terms", "region_outcomes")] == [0, 0, 0]
+    (alignment,) = old["alignments"].rows
+    assert (alignment["doubt"], alignment["backward_px"], alignment["confidence"]) == (
+        "no", 0.7, None,
+    )  # fmt: skip
+    old.conn.close()
+
+
 def test_every_table_is_strict(db):
     rows = db.read().execute(
         "SELECT sql FROM sqlite_master WHERE type = 'table' AND name NOT LIKE '%sqlite%'"

@@ -14,7 +14,7 @@ from reviewer.app.endpoints.messages import (
     TruthInfo,
 )
 from reviewer.evaluation.outcomes import f_by_outcome
-from reviewer.metrics import Counts, f_score, precision, recall
+from reviewer.metrics import Counts, f_score, precision, recall, unseen_share
 from reviewer.models.registry import segmenter_reads
 from reviewer.records import Run, StoredRegion
 from reviewer.store import runs
@@ -73,7 +73,7 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
     skip = skip_of_pair(store, pair_id)
     if run is not None:
         seen = pair_overview(store, run.id, pair_id)
-        layers += ["warped", "difference"] if seen.aligned else []
+        layers += ["warped", "difference", "unseen"] if seen.aligned else []
         layers += ["detector"] if seen.detected else []
         layers += ["objects_live", "objects_reference"] if seen.searched else []
         layers += ["doi", "prediction"] if seen.integrated else []
@@ -167,4 +167,6 @@ def score_info(counts: Counts) -> ScoreInfo:
         precision=precision(counts),
         recall=recall(counts),
         f_score=f_score(counts),
+        unseen=unseen_share(counts),
+        unseen_objects=counts.unseen_objects,
     )

@@ -161,7 +161,8 @@ class Reasons(Message):
 
 
 class ScoreInfo(Message):
-    """Pixel counts and scores of one method on a pair."""
+    """Pixel counts and scores of one method on a pair; `unseen` is the share of pixels that the run
+    has not seen, and are in no count, `unseen_objects` how many changed objects lie there whole."""
 
     tp: int
     fp: int
@@ -170,6 +171,8 @@ class ScoreInfo(Message):
     precision: float
     recall: float
     f_score: float
+    unseen: float
+    unseen_objects: int
 
 
 class AlignmentInfo(Message):

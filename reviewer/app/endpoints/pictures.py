@@ -1,8 +1,8 @@
 """Draw the layers of a pair as PNG: pictures as they are, results as coloured overlays.
 
-Pictures (reference, warped, live, difference) are RGB; detector, objects, DoI, prediction and
-ground truth are RGBA overlays that the workbench lays over a picture. Colours are fixed, so they
-mean the same in both themes.
+Pictures (reference, warped, live, difference) are RGB; unseen, detector, objects, DoI, prediction
+and ground truth are RGBA overlays that the workbench lays over a picture. Colours are fixed, so
+they mean the same in both themes.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from reviewer.pipeline.fields import load_probability
 from reviewer.pipeline.stored import live_masks, region_pixels, warped_reference
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
-from reviewer.store.layers import load_detection, load_objects
+from reviewer.store.layers import load_alignment, load_detection, load_objects
 from reviewer.store.regions import load_final_mask, load_prediction, load_regions
 from reviewer.store.revisions import newest_revision
 from reviewer.store.stages_done import pair_overview
@@ -38,6 +38,7 @@ Rgb = npt.NDArray[np.uint8]
 CHANGE = (255, 76, 60)
 PREDICTION = (255, 196, 0)
 TRUTH = (0, 214, 143)
+VEIL, VEIL_LINE = (10, 14, 20, 170), (150, 162, 178, 190)
 KEEP_STOPS = ((0.0, (70, 170, 255)), (0.5, (255, 214, 64)), (1.0, (255, 64, 90)))
 
 
@@ -91,6 +92,18 @@ def _difference(store: Store, pair: Pair, run: Run) -> Rgb:
     return np.asarray(cv2.cvtColor(heat, cv2.COLOR_BGR2RGB), np.uint8)
 
 
+def _unseen(store: Store, pair: Pair, run: Run) -> Rgba:
+    """A dark veil over what cannot be compared, hatched so that it shows on a dark picture too."""
+    alignment = load_alignment(store, run.id, pair.id)
+    if alignment is None:
+        raise NotFound(f"pair {pair.title}: not aligned in run {run.name}; run stage align first")
+    unseen = ~decode_rle(alignment.valid)
+    picture = np.zeros((*unseen.shape, 4), np.uint8)
+    picture[unseen] = VEIL
+    picture[unseen & _stripes(unseen.shape, 12, 2)] = VEIL_LINE
+    return picture
+
+
 def _detector(store: Store, pair: Pair, run: Run) -> Rgba:
     """Probability as the strength of the colour, M_o outlined."""
     detection = load_detection(store, run.id, pair.id)
@@ -133,9 +146,8 @@ def _doi(store: Store, pair: Pair, run: Run, *, judged: bool = True) -> Rgba:
     objects = live_masks(store, run.id, pair.id)
     change = decode_rle(detection.mask)
     labels, _ = components(change)
-    height, width = change.shape
-    hatch = (np.add.outer(np.arange(height), np.arange(width)) % 8) < 3
-    picture = np.zeros((height, width, 4), np.uint8)
+    hatch = _stripes(change.shape, 8, 3)
+    picture = np.zeros((*change.shape, 4), np.uint8)
     for stored in sorted(regions, key=lambda r: r.region.doi):
         thing, parts = region_pixels(stored.region, objects, labels)
         mask = parts if thing is None else parts | thing
@@ -165,6 +177,7 @@ def _prediction(store: Store, pair: Pair, run: Run, *, judged: bool = True) -> R
 DRAWERS: dict[str, Callable[[Store, Pair, Run], npt.NDArray[np.uint8]]] = {
     "warped": _warped,
     "difference": _difference,
+    "unseen": _unseen,
     "detector": _detector,
     "objects_live": _objects("live"),
     "objects_reference": _objects("reference"),
@@ -202,6 +215,12 @@ def _overlay(mask: Mask, colour: tuple[int, int, int]) -> Rgba:
     picture[mask] = (*colour, 170)
     picture[_rim(mask)] = (*colour, 255)
     return picture
+
+
+def _stripes(shape: tuple[int, ...], step: int, width: int) -> Mask:
+    """Diagonal stripes of a width, one each `step` pixels."""
+    height, across = shape
+    return np.asarray(np.add.outer(np.arange(height), np.arange(across)) % step < width)
 
 
 def _rim(mask: Mask) -> Mask:

@@ -16,7 +16,7 @@ from reviewer.evaluation.basis import TITLES, truth_basis
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.protocols import Protocol, protocol_lines
 from reviewer.evaluation.table_a import table_a_rows
-from reviewer.evaluation.tables import DASH, MEAN, short_row
+from reviewer.evaluation.tables import DASH, MEAN, short_row, unseen_text
 from reviewer.extras import telling_what_is_missing
 from reviewer.reports.table_a_text import scope_rows
 from reviewer.store.scores import pair_scores
@@ -98,6 +98,7 @@ class ScoresPanel:
             + _line("<b>Mean F</b>")
             + means
             + _line(f"{shown}; {ignored:,} ill-posed pixels are left out")
+            + _line(f"{unseen_text(own[-1].counts)}.")
             + _table([short_row(line, self._group.value) for line in own])
         )
 

@@ -13,8 +13,10 @@ import viser
 from viser import uplot
 
 from reviewer.app.desks import Desk
+from reviewer.evaluation.counting import detector_counts, refresh_counts
 from reviewer.evaluation.outcomes import RunTerms, refresh_terms, run_terms
 from reviewer.evaluation.rules import Rule, rule_of_run, vary_rule
+from reviewer.evaluation.tables import unseen_text
 from reviewer.records import Run
 from reviewer.words import SCOPES, SEEN
 
@@ -37,6 +39,7 @@ class WhatIfPanel:
         self._client, self._desk = client, desk
         self._run: Run | None = None
         self._terms: RunTerms | None = None
+        self._unseen = ""
         gui = client.gui
         with panel.add_tab("What if"):
             self._note = gui.add_html("")
@@ -78,11 +81,13 @@ class WhatIfPanel:
             return
         self._note.content = _line("Counting…")
         refresh_terms(self._desk.store, run)
+        refresh_counts(self._desk.store)
         terms = run_terms(self._desk.store, run)
         if not terms.pair_ids:
             self._note.content = _line("No pair of this run has ground truth.")
             return
         self._run, self._terms = run, terms
+        self._unseen = unseen_text(detector_counts(self._desk.store, run.name))
         rule = rule_of_run(run.settings)
         # Settable on the concrete handles.
         self._high.value, self._low.value = rule.high, rule.low  # type: ignore[misc]
@@ -129,6 +134,7 @@ class WhatIfPanel:
             f" &middot; detector alone {base:.4f}"
             f" &middot; oracle of scope {rule.scope} {oracle:.4f}"
             f" &middot; {changed} pairs change sides"
+            f"<br>{self._unseen}"
         )
         flat = np.ones(STEPS)
         data = (values, *curve.f_scores().T, curve.mean_f(), base * flat, oracle * flat, now * flat)

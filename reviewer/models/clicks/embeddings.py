@@ -20,11 +20,11 @@ from zipfile import BadZipFile
 import numpy as np
 import numpy.typing as npt
 
-from reviewer.models.interfaces import ClickSegmenter, Embedding, Image
+from reviewer.models.interfaces import ClickSegmenter, Embedding, Field, Image
 
 MEMORY_BYTES = 512 * 2**20
 DISK_BYTES = 8 * 2**30
-Load = Callable[[], tuple[Image, Image | None]]
+Load = Callable[[], tuple[Image, Image | None, Field | None]]
 
 
 class EmbeddingCache:
@@ -54,7 +54,7 @@ class EmbeddingCache:
             return key in self._held
 
     def get(self, key: Hashable, load: Load) -> Embedding:
-        """Return the embedding of `key`; `load` brings the image and the other one if needed."""
+        """Return the embedding of `key`; `load` brings what `embed` takes, if it is needed."""
         with self._lock:
             if key in self._held:
                 self._held.move_to_end(key)
@@ -70,17 +70,20 @@ class EmbeddingCache:
 
     def embed(self, image: Image) -> Embedding:
         """Return the embedding of an image, kept on disk only: for one look at many images."""
-        return self._read_or_make(image, None)
+        return self._read_or_make(image, None, None)
 
-    def _read_or_make(self, image: Image, other: Image | None) -> Embedding:
+    def _read_or_make(
+        self, image: Image, other: Image | None, confidence: Field | None
+    ) -> Embedding:
         if self._folder is None:
-            return self.segmenter.embed(image, other)
+            return self.segmenter.embed(image, other, confidence)
         digest = hashlib.blake2b(np.ascontiguousarray(image).data, digest_size=20)
         digest.update(str(image.shape).encode())
         path = self._folder / f"{digest.hexdigest()}.npz"
         found = _read(path)
         if found is None:
-            small = {name: _halved(a) for name, a in self.segmenter.embed(image, other).items()}
+            made = self.segmenter.embed(image, other, confidence)
+            small = {name: _halved(a) for name, a in made.items()}
             _write(path, small)
             _trim(self._folder, self._disk_bytes)
             found = small

@@ -67,8 +67,14 @@ class GrabCutClicks:
         """Embedding is quicker than reading from disk."""
         return False
 
-    def embed(self, image: Image, other: Image | None) -> Embedding:
-        """Return `features` (H, W, 6), weighted CIELAB and its change, and `change` (H, W)."""
+    def embed(
+        self, image: Image, other: Image | None, confidence: Field | None = None
+    ) -> Embedding:
+        """Return `features` (H, W, 6), weighted CIELAB and its change, and `change` (H, W).
+
+        The confidence is not used.
+        """
+        del confidence
         colour = to_lab(image)
         change = np.zeros_like(colour) if other is None else change_between(colour, to_lab(other))
         strength = np.linalg.norm(change, axis=2)

@@ -23,7 +23,7 @@ from transformers import Sam2Model, SamModel
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask
 from reviewer.models.device import best_device, choose_precision, fingerprint
-from reviewer.models.interfaces import Candidate, Embedding, Image, Prompt
+from reviewer.models.interfaces import Candidate, Embedding, Field, Image, Prompt
 from reviewer.models.weights.hub import load_pretrained
 from reviewer.words import Precision, SamFamily
 
@@ -101,9 +101,11 @@ class SamClicks:
         """Encoding takes seconds without a GPU."""
         return True
 
-    def embed(self, image: Image, other: Image | None) -> Embedding:
-        """Return the encoder's feature maps; the other image is not used."""
-        del other
+    def embed(
+        self, image: Image, other: Image | None, confidence: Field | None = None
+    ) -> Embedding:
+        """Return the encoder's feature maps; the other image and the confidence are not used."""
+        del other, confidence
         with torch.inference_mode(), self._fast():
             found = self.model.get_image_embeddings(self._pixels(image).to(self.device))
         maps = found if self.kind == "sam2" else [found]

@@ -14,7 +14,7 @@ const REASONS = {
   too_ill_posed: "too ill-posed",
   no_detection: "nothing detected",
   no_object: "no object found",
-  outside_warp: "outside the valid warp",
+  outside_warp: "unseen: nothing of it can be compared",
   better_object: "another object fits better",
 };
 const VERDICTS = /** @type {const} */ (["agree", "adopt", "keep", "reject"]);
@@ -91,7 +91,8 @@ function regionLines(region, give, shown) {
     element("span", "soft", `#${region.number} ${region.label}`));
   if (region.inspect) top.append(element("span", "inspect", "look again"));
   top.append(choice);
-  const terms = `f_b ${region.f_b}   IoU ${region.iou.toFixed(2)}   ${REASONS[region.reason]}`;
+  const known = region.reason !== "outside_warp";
+  const terms = (known ? `f_b ${region.f_b}   IoU ${region.iou.toFixed(2)}   ` : "") + REASONS[region.reason];
   const verdicts = element("div", "verdicts");
   verdicts.append(...VERDICTS.map((verdict) => verdictButton(region, verdict, () => give(verdict), shown)));
   const said = [region.verdict_reason, region.comment].filter(Boolean).join(": ");
@@ -102,9 +103,10 @@ function regionLines(region, give, shown) {
 /** The equation with this region's numbers, and what each outcome would make of the pair's F.
  * @param {Region} region @param {string} outcome */
 function whyLines(region, outcome) {
-  const { f_b: unseen, iou, doi, overlap_px: shared } = region;
-  const equation = `DoI = f_b × (1 − IoU) = ${unseen} × (1 − ${iou.toFixed(3)}) = ${doi.toFixed(3)}`;
-  const lines = [element("div", "why", `${equation}; ${shared} px shared with the reference's objects`)];
+  const { f_b, iou, doi, overlap_px: shared, reason } = region;
+  const equation = `DoI = f_b × (1 − IoU) = ${f_b} × (1 − ${iou.toFixed(3)}) = ${doi.toFixed(3)}`;
+  const lines = reason === "outside_warp" ? []
+    : [element("div", "why", `${equation}; ${shared} px shared with the reference's objects`)];
   const scores = Object.entries(region.f_if);
   if (scores.length) {
     const line = element("div", "why", "this pair's F: ");
@@ -153,7 +155,10 @@ export function drawScores(root, scores) {
       row.insertCell().textContent = text;
     }
   }
-  root.replaceChildren(table);
+  // It is the same whatever the mask: what the run has not seen.
+  const { unseen, unseen_objects: objects } = scores[rows[0][0]];
+  const whole = objects ? `, ${objects} changed object${objects > 1 ? "s" : ""} as a whole` : "";
+  root.replaceChildren(table, element("span", "soft", `unseen, not scored: ${(100 * unseen).toFixed(1)} %${whole}`));
 }
 
 /** Blue at 0, yellow at 0.5, red at 1: as the server colours the DoI layer. @param {number} doi */

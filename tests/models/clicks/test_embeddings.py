@@ -13,7 +13,7 @@ from reviewer.models.interfaces import Click, Prompt
 
 
 def load(seed):
-    return lambda: (textured(seed), None)
+    return lambda: (textured(seed), None, None)
 
 
 def test_an_image_is_embedded_once(tmp_path):

@@ -125,7 +125,7 @@ def test_a_pair_that_was_searched_needs_no_embedding_for_a_click(folders, monkey
     monkeypatch.setattr(clicks, "embed", lambda *a: pytest.fail("embedded again"))
     cache = EmbeddingCache(clicks, cache_folder())
     for name, picture in (("live", LIVE), ("reference", PAST)):
-        assert "map0" in cache.get(name, lambda picture=picture: (picture, None))
+        assert "map0" in cache.get(name, lambda picture=picture: (picture, None, None))
 
 
 def test_settings_name_the_weights_of_both(folders):
