@@ -196,9 +196,7 @@ def main() -> None:
                     write_background(cv2.imread(str(path)), backgrounds / f"{name}.jpg")
             cutouts += [(package.name, c) for c in cutouts_of(folder, package)]
             for archive in sorted(folder.glob(package.furniture)) if package.furniture else ():
-                cutouts += [
-                    (package.name, c) for c in open_furniture(archive, models, backgrounds)
-                ]
+                cutouts += [(package.name, c) for c in open_furniture(archive, models, backgrounds)]
             digest = hashlib.sha256(deb.read_bytes()).hexdigest()
             rows.append((package.name, deb.name.split("_")[1], package.licence, digest))
     import skimage

@@ -134,10 +134,10 @@ def compare(
     c = found.change
     typer.echo(f"mean F changes by {c.value:+.4f}, 95 % over pairs: {c.low:+.4f} to {c.high:+.4f}")
     if abs(found.unseen[first] - found.unseen[second]) > NOTABLE_UNSEEN:
-        less, more = sorted(found.unseen, key=lambda name: found.unseen[name])
+        fewer, most = sorted(found.unseen, key=lambda name: found.unseen[name])
         typer.echo(
-            f"{more} has not seen {found.unseen[more]:.1%} of the pixels, {less}"
-            f" {found.unseen[less]:.1%}: F is over the pixels that both have seen"
+            f"{most} has not seen {found.unseen[most]:.1%} of the pixels, {fewer}"
+            f" {found.unseen[fewer]:.1%}: F is over the pixels that both have seen"
         )
     if swapped:
         _print_swapped(again)

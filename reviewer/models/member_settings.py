@@ -32,6 +32,7 @@ CLASSES: Mapping[str, Mapping[str, str]] = {
         "dr-tanet": NET,
         "rscd-dinov2": NET,
         "rscd-resnet18": NET,
+        "siamese-lite": "reviewer.models.detectors.siamese:SiameseLiteDetector",
         "tanet": NET,
     },
     "label": {
@@ -42,6 +43,7 @@ CLASSES: Mapping[str, Mapping[str, str]] = {
     },
     "search": {
         "grounded-sam": "reviewer.models.segmenters.grounded:GroundedSamSegmenter",
+        "object-net": "reviewer.models.segmenters.object_net:ObjectNetSegmenter",
         "oversegment": "reviewer.models.segmenters.oversegment:OversegmentSegmenter",
         "sam-everything": "reviewer.models.segmenters.everything:SamEverythingSegmenter",
         "sam3": "reviewer.models.segmenters.sam3:Sam3Segmenter",

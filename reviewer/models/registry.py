@@ -62,6 +62,12 @@ def _dinov2(**settings: Any) -> Detector:
     return Dinov2Detector(**settings)
 
 
+def _siamese_lite(**settings: Any) -> Detector:
+    from reviewer.models.detectors.siamese import SiameseLiteDetector
+
+    return SiameseLiteDetector(**settings)
+
+
 def _net(name: str) -> Callable[..., Detector]:
     def build(**settings: Any) -> Detector:
         from reviewer.models.detectors.net import NetDetector
@@ -83,6 +89,12 @@ def _oversegment(**settings: Any) -> Segmenter:
     from reviewer.models.segmenters.oversegment import OversegmentSegmenter
 
     return OversegmentSegmenter(**settings)
+
+
+def _object_net(**settings: Any) -> Segmenter:
+    from reviewer.models.segmenters.object_net import ObjectNetSegmenter
+
+    return ObjectNetSegmenter(**settings)
 
 
 def _grounded_sam(**settings: Any) -> Segmenter:
@@ -127,6 +139,12 @@ def _vocabulary(**settings: Any) -> Labeller:
     return VocabularyLabeller(**settings)
 
 
+def _click_net(path: str) -> ClickSegmenter:
+    from reviewer.models.clicks.net_clicks import NetClicks
+
+    return NetClicks.load(path)
+
+
 def _grabcut(path: str) -> ClickSegmenter:
     from reviewer.models.clicks.grabcut import GrabCutClicks
 
@@ -156,11 +174,13 @@ ALIGNERS: dict[str, Callable[..., Aligner]] = {
 }
 DETECTORS: dict[str, Callable[..., Detector]] = {
     "difference": _difference,
+    "siamese-lite": _siamese_lite,
     "dinov2": _dinov2,
     **{name: _net(name) for name in NET_NAMES},
 }
 SEGMENTERS: dict[str, Callable[..., Segmenter]] = {
     "grounded-sam": _grounded_sam,
+    "object-net": _object_net,
     "oversegment": _oversegment,
     "sam-everything": _sam_everything,
     "sam3": _sam3,
@@ -168,6 +188,7 @@ SEGMENTERS: dict[str, Callable[..., Segmenter]] = {
 # What a segmenter looks at beside the images: the rest may change without a new search.
 SEGMENTER_READS: dict[str, frozenset[Reads]] = {
     "grounded-sam": frozenset({"labels"}),
+    "object-net": frozenset({"change"}),
     "oversegment": frozenset({"change"}),
     "sam-everything": frozenset(),
     "sam3": frozenset({"labels"}),
@@ -189,11 +210,14 @@ PATH_SETTING: dict[str, str] = {
     "grounded-sam": "sam",
     "sam-everything": "sam",
     "sam3": "checkpoint",
+    "object-net": "checkpoint",
+    "siamese-lite": "checkpoint",
     **{name: "checkpoint" for name in NET_NAMES},
 }
 PATHS = frozenset({"alpha", "checkpoint", "grounding", "repository", "sam"})
 """Settings that say where weights lie; `weights` says which they are."""
 CLICK_SEGMENTERS: dict[str, Callable[[str], ClickSegmenter]] = {
+    "click-net": _click_net,
     "grabcut": _grabcut,
     "sam": _sam,
     "sam2": _sam2,

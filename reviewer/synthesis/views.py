@@ -281,8 +281,8 @@ def _canvas(background: Image, side: int, rng: Rng) -> Picture:
     if cut < 0.6 * side:
         piece = np.concatenate([piece, piece[:, ::-1]], axis=1)
         piece = np.concatenate([piece, piece[::-1]], axis=0)
-    return cv2.resize(np.ascontiguousarray(piece), (side, side), interpolation=method).astype(
-        np.float32
+    return np.asarray(
+        cv2.resize(np.ascontiguousarray(piece), (side, side), interpolation=method), np.float32
     )
 
 

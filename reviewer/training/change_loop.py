@@ -12,6 +12,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from reviewer.models.nets.siamese_lite import SiameseLite
+from reviewer.models.nets.small import channels_last
 from reviewer.training.aligned_views import AlignedViews
 from reviewer.training.click_loop import average_into
 
@@ -42,7 +43,7 @@ def train_change_net(
 ) -> SiameseLite:
     """Train in place; return the net of averaged weights."""
     rng = np.random.default_rng(settings.seed)
-    net.to(memory_format=torch.channels_last).train()
+    channels_last(net.train())
     average = copy.deepcopy(net).eval()
     features = list(net.features.parameters())
     for parameter in features:
@@ -71,7 +72,7 @@ def train_change_net(
             logits = net(*pictures, confidence)
         loss = _loss(logits.float(), truth, torch.from_numpy(valid).float())
         optimizer.zero_grad()
-        loss.backward()
+        torch.autograd.backward(loss)
         torch.nn.utils.clip_grad_norm_(own, 1.0)
         optimizer.step()
         schedule.step()

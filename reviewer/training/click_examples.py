@@ -14,14 +14,15 @@ import cv2
 import numpy as np
 
 from reviewer.masks import Mask, dilate, intersection_over_union
+from reviewer.models.clicks.net_clicks import FIRST_LOOKS
 from reviewer.models.clicks.windows import Square, look, placed_back, square_around
 from reviewer.models.interfaces import Click, Field, Image
+from reviewer.models.nets.click_net import SIDE
 from reviewer.training.aligned_views import AlignedViews
 
 LEAST_PX = 12
 MOST_CLICKS = 8
 GOOD_ENOUGH = 0.96
-from reviewer.models.clicks.net_clicks import FIRST_LOOKS
 
 
 @dataclass(slots=True)
@@ -44,23 +45,19 @@ class Episode:
     def window(self) -> Field:
         """Return the net's input."""
         previous = self.mask if self.mask.any() else None
-        return look(
-            self.picture, self.other, self.confidence, self.square, self.clicks, previous
-        )
+        return look(self.picture, self.other, self.confidence, self.square, self.clicks, previous)
 
     def target(self) -> tuple[Field, Field]:
         """Return the truth in the window and where it counts, float32 (96, 96)."""
-        matrix = self.square.matrix()
-        size = (96, 96)
-        step = self.square.side / 96
+        step = int(self.square.side / SIDE)
         truth = self.truth.astype(np.float32)
-        if step > 1.5:
-            truth = cv2.blur(truth, (int(step), int(step)))
-        inside = np.ones_like(truth)
-        return tuple(
-            np.asarray(cv2.warpAffine(values, matrix, size), np.float32)
-            for values in (truth, inside)
-        )  # type: ignore[return-value]
+        if step >= 2:
+            truth = cv2.blur(truth, (step, step)).astype(np.float32)
+        return self._cut(truth), self._cut(np.ones_like(truth))
+
+    def _cut(self, values: Field) -> Field:
+        cut = cv2.warpAffine(values, self.square.matrix(), (SIDE, SIDE))
+        return np.asarray(cut, np.float32)
 
     def follow(self, probability: Field, rng: np.random.Generator) -> bool:
         """Take the net's mask and click again; False when the thing is done."""
@@ -82,8 +79,8 @@ def begin(views: AlignedViews, rng: np.random.Generator) -> Iterator[Episode]:
     """Yield an episode for every thing that a person may point at: what changed, and some other."""
     things = [(m, True) for m in views.came] + [(m, False) for m in views.went]
     standing = [(m, bool(rng.random() < 0.8)) for m in views.standing]
-    rng.shuffle(standing)  # type: ignore[arg-type]
-    for mask, in_live in things + standing[: max(1, len(things) // 2)]:
+    some = [standing[k] for k in rng.permutation(len(standing))[: max(1, len(things) // 2)]]
+    for mask, in_live in things + some:
         truth = _largest(mask)
         if np.count_nonzero(truth) < LEAST_PX:
             continue
@@ -149,7 +146,9 @@ def corrupted(truth: Mask, rng: np.random.Generator) -> Mask:
             )  # fmt: skip
             axes = tuple(int(max(1, longest * rng.uniform(0.1, 0.45))) for _ in range(2))
             levels = mask.astype(np.uint8)
-            cv2.ellipse(levels, middle, axes, float(rng.uniform(0, 180)), 0, 360, int(kind == 4), -1)
+            cv2.ellipse(
+                levels, middle, axes, float(rng.uniform(0, 180)), 0, 360, int(kind == 4), -1
+            )
             mask = levels.view(np.bool_)
     return mask
 

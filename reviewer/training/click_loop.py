@@ -12,6 +12,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from reviewer.models.nets.click_net import ClickNet
+from reviewer.models.nets.small import channels_last
 from reviewer.training.aligned_views import AlignedViews
 from reviewer.training.click_examples import Episode, begin
 
@@ -47,7 +48,7 @@ def train_click_net(
     """
     rng = np.random.default_rng(settings.seed)
     fresh = _episodes(views, rng)
-    net.to(memory_format=torch.channels_last).train()
+    channels_last(net.train())
     average = copy.deepcopy(net).eval()
     optimizer = torch.optim.AdamW(net.parameters(), lr=settings.rate, weight_decay=1e-4)
     schedule = torch.optim.lr_scheduler.OneCycleLR(
@@ -65,7 +66,7 @@ def train_click_net(
         logits, rating = logits.float(), rating.float()
         masking, guessing = _losses(logits, rating, truth, counts)
         optimizer.zero_grad()
-        (masking + settings.rating * guessing).backward()
+        torch.autograd.backward(masking + settings.rating * guessing)
         torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
         optimizer.step()
         schedule.step()
@@ -75,7 +76,7 @@ def train_click_net(
             e for e, p in zip(episodes, probabilities, strict=True)
             if rng.random() < 0.9 and e.follow(p, rng)
         ]  # fmt: skip
-        rng.shuffle(carried)  # type: ignore[arg-type]
+        carried = [carried[k] for k in rng.permutation(len(carried))]
         tell(step, {"mask": masking.item(), "rating": guessing.item()}, average)
     return average
 
@@ -112,5 +113,5 @@ def average_into(average: torch.nn.Module, net: torch.nn.Module, keep: float) ->
     """Move the averaged weights towards the net's; batch statistics are taken as they are."""
     for mine, theirs in zip(average.parameters(), net.parameters(), strict=True):
         mine.lerp_(theirs, 1 - keep)
-    for mine, theirs in zip(average.buffers(), net.buffers(), strict=True):
-        mine.copy_(theirs)
+    for held, found in zip(average.buffers(), net.buffers(), strict=True):
+        held.copy_(found)

@@ -77,7 +77,7 @@ def _planes(reference: Image, live: Image, most: int) -> list[Matrix]:
         source, target = matched_points(features(live), features(reference), LOOSE_RATIO)
     except ModelFailed:
         return []
-    found = []
+    found: list[Matrix] = []
     while len(found) < most and len(source) >= LEAST_INLIERS:
         cv2.setRNGSeed(0)
         matrix, inliers = cv2.findHomography(

@@ -29,14 +29,13 @@ def confidence_of(flow: Field, agreed: Mask, plane: Field | None) -> Field:
     """
     height, width = agreed.shape
     share = cv2.blur(agreed.astype(np.float32), (5, 5))
-    small = cv2.resize(share, (max(1, width // 8), max(1, height // 8)), interpolation=cv2.INTER_AREA)
+    size = max(1, width // 8), max(1, height // 8)
+    small = cv2.resize(share, size, interpolation=cv2.INTER_AREA)
     near = cv2.GaussianBlur(small, (0, 0), NEAR_PX / 8)
     sure = np.minimum(2 * near, 1)
     if plane is not None:
         follows = agreed & (np.linalg.norm(flow - plane, axis=2) < FOLLOWING_PX)
-        flat = cv2.resize(
-            follows.astype(np.float32), small.shape[::-1], interpolation=cv2.INTER_AREA
-        )
+        flat = cv2.resize(follows.astype(np.float32), size, interpolation=cv2.INTER_AREA)
         far, flat = (cv2.GaussianBlur(part, (0, 0), FAR_PX / 8) for part in (small, flat))
         one_plane = flat / np.maximum(far, 1e-4)
         sure = np.maximum(sure, np.minimum(one_plane, 1) ** 4 * np.minimum(3 * far, 1))

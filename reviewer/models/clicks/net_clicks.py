@@ -8,17 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import cv2
 import numpy as np
 import torch
+from torch import nn
+from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from reviewer.masks import Mask, intersection_over_union
 from reviewer.models.clicks.windows import Square, look, placed_back, square_around
+from reviewer.models.device import check_recorded, fingerprint
 from reviewer.models.interfaces import Candidate, Click, Embedding, Field, Image, Prompt
 from reviewer.models.nets.click_net import ClickNet
+from reviewer.models.nets.small import load_small, small_weights
 
+NAME = "click-net"
 FIRST_LOOKS = (48.0, 96.0, 192.0, 384.0)
 """Sides of the windows of a first click, when nothing is known of the thing's size."""
 SECOND_LOOKS = 2
@@ -39,26 +43,29 @@ class NetClicks:
     """Clicks by the small net."""
 
     net: ClickNet = field(repr=False)
-    name: str
+    weights: str
 
     @classmethod
-    def load(cls, path: Path) -> NetClicks:
-        """Read weights; raises as `nets.shipped.load_small`."""
-        from torch.nn.utils.fusion import fuse_conv_bn_eval
-
+    def load(cls, path: str = "") -> NetClicks:
+        """Read weights, "" = those of the package; raises as `load_small`."""
         net = ClickNet()
-        net.load_state_dict(torch.load(path, weights_only=True))
-        net.eval()
+        load_small(small_weights(NAME, path), net, NAME)
+        found = fingerprint(net)
         for part in (*net.down, *net.up):
+            # Batch norms are folded into the convolutions: a fifth of the time.
             part.first = fuse_conv_bn_eval(part.first, part.first_norm)
             part.second = fuse_conv_bn_eval(part.second, part.second_norm)
-            part.first_norm = part.second_norm = torch.nn.Identity()
-        return cls(net.to(memory_format=torch.channels_last), path.stem)
+            part.first_norm = part.second_norm = nn.Identity()
+        return cls(net, found)
+
+    def check(self, recorded: str) -> str:
+        """Return the fingerprint; raises InvalidInput when a run began with another."""
+        return check_recorded(NAME, self.weights, recorded)
 
     @property
     def model_id(self) -> str:
         """Name and weights."""
-        return f"click-net:{self.name}"
+        return f"{NAME}:{self.weights}"
 
     @property
     def keeps_embeddings(self) -> bool:

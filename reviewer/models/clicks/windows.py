@@ -44,19 +44,17 @@ def square_around(mask: Mask, clicks: Sequence[Click]) -> Square:
     xs = [click.x for click in clicks] + ([x, x + width] if width else [])
     ys = [click.y for click in clicks] + ([y, y + height] if width else [])
     side = LOOSE * max(max(xs) - min(xs), max(ys) - min(ys))
-    return Square(
-        (max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2, max(side, LEAST_SIDE_PX)
-    )
+    return Square((max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2, max(side, LEAST_SIDE_PX))
 
 
 def look(
-    picture: Image, other: Image, confidence: Field, square: Square,
+    picture: Image | Field, other: Image | Field, confidence: Field, square: Square,
     clicks: Sequence[Click], previous: Mask | None,
 ) -> Field:  # fmt: skip
     """Return what the net sees, float32 (13, 96, 96).
 
     Args:
-        picture, other: uint8 RGB (H, W, 3), the clicked picture and the other time's.
+        picture, other: RGB (H, W, 3) in [0, 255], the clicked picture and the other time's.
         confidence: float32 (H, W) in [0, 1]; 0 where `other` says nothing.
         previous: bool (H, W), the mask so far.
     """
@@ -74,28 +72,27 @@ def look(
     for click in clicks:
         middle = matrix[:, :2] @ (click.x - 0.5, click.y - 0.5) + matrix[:, 2]
         disc = out[10 if click.positive else 11]
-        cv2.circle(disc, tuple(int(round(float(v))) for v in middle), DISC_PX, 1.0, -1)
+        cv2.circle(disc, [round(float(v)) for v in middle], DISC_PX, 1.0, -1)
     if previous is not None and previous.any():
         out[12] = _cut(previous.astype(np.float32), square, matrix, outside=cv2.BORDER_CONSTANT)
     return out
 
 
 def _cut(
-    image: npt.NDArray[np.generic], square: Square, matrix: npt.NDArray[np.float64],
+    image: Image | Field, square: Square, matrix: npt.NDArray[np.float64],
     outside: int = cv2.BORDER_REPLICATE,
-) -> npt.NDArray[np.generic]:  # fmt: skip
+) -> Field:  # fmt: skip
     """Sample a square; a large one is averaged, not skipped through."""
     step = int(square.side // SIDE)
     if step >= 2:
         height, width = image.shape[:2]
         size = (-(-width // step), -(-height // step))
-        image = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.float32)
         grid = np.array([[width / size[0], 0], [0, height / size[1]]])
         half = (np.array([width / size[0], height / size[1]]) - 1) / 2
         matrix = np.hstack([matrix[:, :2] @ grid, (matrix[:, :2] @ half + matrix[:, 2])[:, None]])
-    return cv2.warpAffine(
-        image, matrix, (SIDE, SIDE), flags=cv2.INTER_LINEAR, borderMode=outside
-    )
+    cut = cv2.warpAffine(image, matrix, (SIDE, SIDE), flags=cv2.INTER_LINEAR, borderMode=outside)
+    return np.asarray(cut, np.float32)
 
 
 def placed_back(values: Field, square: Square, shape: tuple[int, int]) -> tuple[Field, Mask]:

@@ -76,4 +76,5 @@ class ClickNet(nn.Module):
         for share in (inside, inside * (1 - inside)):
             total = share.sum(dim=(2, 3)) + 1e-3
             parts.append((finest * share).sum(dim=(2, 3)) / total)
-        return self.rating(torch.cat(parts, dim=1))[:, 0]
+        rated: Tensor = self.rating(torch.cat(parts, dim=1))
+        return rated[:, 0]

@@ -28,7 +28,9 @@ LEVEL_CHANNELS = tuple(BLOCKS[k][4] for k in LEVELS)
 class SameConv(nn.Conv2d):
     """A convolution without bias, padded as TensorFlow does."""
 
-    def __init__(self, inputs: int, outputs: int, kernel: int, stride: int = 1, groups: int = 1):
+    def __init__(
+        self, inputs: int, outputs: int, kernel: int, stride: int = 1, groups: int = 1
+    ) -> None:
         super().__init__(inputs, outputs, kernel, stride=stride, groups=groups, bias=False)
 
     def forward(self, x: Tensor) -> Tensor:
@@ -50,7 +52,7 @@ class SameConv(nn.Conv2d):
 class Block(nn.Module):
     """Inverted bottleneck: widen, look around channel by channel, narrow."""
 
-    def __init__(self, kernel: int, stride: int, expansion: int, inputs: int, outputs: int):
+    def __init__(self, kernel: int, stride: int, expansion: int, inputs: int, outputs: int) -> None:
         super().__init__()
         wide = inputs * expansion
         if expansion != 1:
@@ -68,7 +70,8 @@ class Block(nn.Module):
         y = functional.relu6(self._bn0(self._expand_conv(x))) if self.widens else x
         y = functional.relu6(self._bn1(self._depthwise_conv(y)))
         y = self._bn2(self._project_conv(y))
-        return y + x if self.adds else y
+        result: Tensor = y + x if self.adds else y
+        return result
 
 
 class Lite0Features(nn.Module):
