@@ -54,7 +54,7 @@ def align_views(views: Views, rng: np.random.Generator) -> AlignedViews:
         valid = inside(flow, height, width)
         confidence = valid.astype(np.float32)
     else:
-        alignment = DisAligner().align(views.reference, views.live)
+        alignment = DisAligner(starts=0).align(views.reference, views.live)
         flow, valid = alignment.flow, alignment.valid
         assert alignment.confidence is not None, "this aligner tells it"
         confidence = alignment.confidence

@@ -23,6 +23,12 @@ from reviewer.training.aligned_views import AlignedViews
 LEAST_PX = 12
 MOST_CLICKS = 8
 GOOD_ENOUGH = 0.96
+ALONE = 0.2
+"""Share of things that are clicked with nothing to compare."""
+ANY_WINDOW = 0.35
+"""Share of first looks at any scale: a rating is learnt from bad windows as well."""
+LOOSE_SHARE, LOOSE_LEAST_PX = 0.35, 400
+"""People draw outlines tighter or looser than the edge; the clicks show how."""
 
 
 @dataclass(slots=True)
@@ -81,17 +87,19 @@ def begin(views: AlignedViews, rng: np.random.Generator) -> Iterator[Episode]:
     standing = [(m, bool(rng.random() < 0.8)) for m in views.standing]
     some = [standing[k] for k in rng.permutation(len(standing))[: max(1, len(things) // 2)]]
     for mask, in_live in things + some:
-        truth = _largest(mask)
+        truth = _drawn(_largest(mask), rng)
         if np.count_nonzero(truth) < LEAST_PX:
             continue
         pictures = (views.live, views.warped) if in_live else (views.warped, views.live)
+        alone = rng.random() < ALONE
+        confidence = np.zeros_like(views.confidence) if alone else views.confidence
         if rng.random() < 0.3:
             rough = corrupted(truth, rng)
             click = next_click(rough, truth, rng)
             if click is None:
                 continue
             square = _jittered(square_around(rough, [click]), rng)
-            yield Episode(*pictures, views.confidence, truth, rough, square, [click])
+            yield Episode(*pictures, confidence, truth, rough, square, [click])
             continue
         click = first_click(truth, rng)
         _, _, width, height = cv2.boundingRect(truth.view(np.uint8))
@@ -99,11 +107,22 @@ def begin(views: AlignedViews, rng: np.random.Generator) -> Iterator[Episode]:
         fits = [side for side in FIRST_LOOKS if side > 1.1 * longest] or [FIRST_LOOKS[-1]]
         # The tightest fit is the most useful one, the next ones teach the rating.
         side = fits[min(int(rng.geometric(0.6)) - 1, len(fits) - 1)]
-        if rng.random() < 0.15:
+        if rng.random() < ANY_WINDOW:
             side = FIRST_LOOKS[int(rng.integers(len(FIRST_LOOKS)))]
         square = Square(click.x, click.y, side * float(np.exp(rng.normal(0, 0.1))))
         empty = np.zeros_like(truth)
-        yield Episode(*pictures, views.confidence, truth, empty, square, [click])
+        yield Episode(*pictures, confidence, truth, empty, square, [click])
+
+
+def _drawn(truth: Mask, rng: np.random.Generator) -> Mask:
+    """Return a thing's mask as this annotator draws it: on the edge, or a little off."""
+    if np.count_nonzero(truth) < LOOSE_LEAST_PX or rng.random() >= LOOSE_SHARE:
+        return truth
+    size = int(rng.choice([3, 3, 5]))
+    if rng.random() < 0.7:
+        return dilate(truth, size_px=size)
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    return np.asarray(cv2.erode(truth.view(np.uint8), kernel)).view(np.bool_)
 
 
 def first_click(truth: Mask, rng: np.random.Generator) -> Click:

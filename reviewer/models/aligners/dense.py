@@ -38,7 +38,7 @@ class DisAligner:
         disagreement_px: largest forward-backward error of a pixel that agrees.
         reach_px: standard deviation of the interpolation.
         enough: share of valid pixels from which no other start is tried.
-        starts: most homographies that are tried.
+        starts: most homographies that are tried; 0 = none.
         least_confidence: below it a pixel is unseen.
     """
 
@@ -58,7 +58,7 @@ class DisAligner:
         present, past = _even_light(live), _even_light(reference)
         found = BothWays(_dense_flow(present, past), _dense_flow(past, present))
         alignment = self._judged(found, reference, live)
-        if alignment.valid.mean() >= self.enough:
+        if alignment.valid.mean() >= self.enough or not self.starts:
             return alignment
         rivals = by_planes(reference, live, present, past, _dense_flow, self.starts)
         if not rivals:

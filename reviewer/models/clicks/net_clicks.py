@@ -23,7 +23,7 @@ from reviewer.models.nets.click_net import ClickNet
 from reviewer.models.nets.small import load_small, small_weights
 
 NAME = "click-net"
-FIRST_LOOKS = (48.0, 96.0, 192.0, 384.0)
+FIRST_LOOKS = (36.0, 80.0, 176.0, 384.0)
 """Sides of the windows of a first click, when nothing is known of the thing's size."""
 SECOND_LOOKS = 2
 MOST_CANDIDATES = 3

@@ -16,6 +16,7 @@ SIDE = 96
 """Pixels a side of the window that the net sees."""
 CHANNELS = 13
 WIDTHS = (16, 32, 64, 96, 96)
+SHAPE_FEATURES = 4
 
 
 class Residual(nn.Module):
@@ -51,7 +52,7 @@ class ClickNet(nn.Module):
         pairs = list(zip(widths[:0:-1], widths[-2::-1], strict=True))
         self.up = nn.ModuleList(Residual(a + b, b) for a, b in pairs)
         self.mask = nn.Conv2d(widths[0], 1, 1)
-        features = widths[-1] + 2 * widths[0]
+        features = widths[-1] + 2 * widths[0] + SHAPE_FEATURES
         self.rating = nn.Sequential(nn.Linear(features, 64), nn.ReLU(), nn.Linear(64, 1))
 
     def forward(self, windows: Tensor) -> tuple[Tensor, Tensor]:
@@ -72,9 +73,21 @@ class ClickNet(nn.Module):
     def _rate(self, deepest: Tensor, finest: Tensor, logits: Tensor) -> Tensor:
         """Guess the IoU from what is inside the mask and what is around it."""
         inside = torch.sigmoid(logits.detach()).unsqueeze(1)
-        parts = [deepest.mean(dim=(2, 3))]
+        parts = [deepest.mean(dim=(2, 3)), _shape(inside[:, 0])]
         for share in (inside, inside * (1 - inside)):
             total = share.sum(dim=(2, 3)) + 1e-3
             parts.append((finest * share).sum(dim=(2, 3)) / total)
         rated: Tensor = self.rating(torch.cat(parts, dim=1))
         return rated[:, 0]
+
+
+def _shape(inside: Tensor) -> Tensor:
+    """Return what the mask (N, 96, 96) itself tells: its size, how sure it is, whether it is cut.
+
+    A mask that fills its window or hangs over its border was looked at too closely; one of a few
+    pixels from too far away.
+    """
+    area = inside.mean(dim=(1, 2))
+    doubt = (inside * (1 - inside)).sum(dim=(1, 2)) / (inside.sum(dim=(1, 2)) + 1)
+    rim = torch.cat([inside[:, 0], inside[:, -1], inside[:, :, 0], inside[:, :, -1]], dim=1)
+    return torch.stack([area.sqrt(), torch.log(area + 1e-4) / 9, 4 * doubt, rim.mean(dim=1)], 1)
