@@ -131,6 +131,7 @@ def test_objects_and_borders_are_those_that_are_seen(db, seen, tiny_split):
     hide(db, seen.id, tiny_split[0].id, ABOVE)
     rows = {row["method"]: row for row in shape_rows(db)}
     assert rows["with DoI"]["R@0.5"] == 1.0
+    assert rows["with DoI"]["unseen"] == pytest.approx(80 * 160 / (3 * PIXELS))
     db.write(lambda c: c.execute("DELETE FROM predictions WHERE method = 'doi'"))
     hide(db, seen.id, tiny_split[0].id, np.zeros(SHAPE, bool))
     before = {row["method"]: row for row in shape_rows(db)}["without DoI"]
