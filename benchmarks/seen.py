@@ -13,6 +13,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
+from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import refresh_terms
 from reviewer.evaluation.predictors import predict_errors
 from reviewer.evaluation.protocols import Protocol, paired_change, protocol_lines
@@ -34,6 +35,7 @@ def scores_of(db: Path) -> tuple[str, dict[Scope, tuple[list[PairScore], list[Pa
     """Return what is said of the seen regions, and (keep, reject) counts by scope."""
     with Store(db) as store:
         run = list_runs(store)[0]
+        refresh_counts(store)
         refresh_terms(store, run)
         seen = predict_errors(audit_rows(store, run.id))[1]
         found = {}

@@ -28,7 +28,8 @@ class Protocol:
     Attributes:
         kind: "pooled" sums pixels over a group (the paper's); "image_mean" averages F over images;
             "mean_pr" averages P and R over images and takes F of the averages.
-        empty: what an image without change counts in which nothing was found.
+        empty: what an image without change counts in which nothing was found. One whose changes
+            are all unseen, or that is unseen as a whole, counts nothing: nobody knows.
         weight: the mean line weighs groups alike (the paper's), or by their images.
         group: what a line is: a split, a workspace, or an object group.
     """
@@ -98,7 +99,7 @@ def _per_image(counts: list[Counts], protocol: Protocol) -> tuple[float, float, 
     for c in counts:
         if c.tp + c.fp + c.fn:
             rows.append((precision(c), recall(c), f_score(c)))
-        elif empty is not None:
+        elif empty is not None and not c.unseen_objects and (c.tn or not c.unseen_px):
             rows.append((empty, empty, empty))
     if not rows:
         return 0.0, 0.0, 0.0

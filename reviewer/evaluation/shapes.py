@@ -23,9 +23,11 @@ from reviewer.metrics import (
     border_px,
     boundary_ious,
     boundary_scores,
+    count,
     precision,
     recall,
     total,
+    unseen_share,
 )
 from reviewer.store.database import Store
 from reviewer.store.scores import MaskPair, mask_pair, mask_pair_keys
@@ -108,7 +110,8 @@ def shape_rows(
     progress: Callable[[int, int], None] = lambda done, total: None,
     standings: Sequence[Standing] = (),
 ) -> list[dict[str, str | float]]:
-    """Return one row per run and method: object precision and recall, mean boundary F and IoU.
+    """Return one row per run and method: object precision and recall, mean boundary F and IoU, and
+    the share of the pixels that the run has not seen.
 
     Objects are pooled over all pairs; borders are the mean over pairs in which anything has changed
     or was found.
@@ -117,15 +120,15 @@ def shape_rows(
         standings: see `store.scores.pair_scores`.
     """
     keys = mask_pair_keys(store, run, standings)
-    found: dict[tuple[str, Method], list[ShapeScore]] = {}
+    found: dict[tuple[str, Method], list[tuple[ShapeScore, Counts]]] = {}
 
-    def work(key: tuple[int, int, Method]) -> tuple[str, Method, ShapeScore]:
+    def work(key: tuple[int, int, Method]) -> tuple[str, Method, tuple[ShapeScore, Counts]]:
         item = mask_pair(store, *key)
         return item.run, item.method, _score(item)
 
     with ThreadPoolExecutor(cpu_count() or 1) as pool:
-        for number, (name, method, score) in enumerate(pool.map(work, keys), start=1):
-            found.setdefault((name, method), []).append(score)
+        for number, (name, method, scored) in enumerate(pool.map(work, keys), start=1):
+            found.setdefault((name, method), []).append(scored)
             progress(number, len(keys))
     order = list(METHOD_TITLE)
     return [
@@ -136,12 +139,16 @@ def shape_rows(
     ]
 
 
-def _score(item: MaskPair) -> ShapeScore:
-    left_out = (decode_rle(mask) if mask else None for mask in (item.ignore, item.valid))
-    return score_shapes(decode_rle(item.prediction), decode_rle(item.truth), *left_out)
+def _score(item: MaskPair) -> tuple[ShapeScore, Counts]:
+    predicted, truth = decode_rle(item.prediction), decode_rle(item.truth)
+    ignore, valid = (decode_rle(mask) if mask else None for mask in (item.ignore, item.valid))
+    return score_shapes(predicted, truth, ignore, valid), count(predicted, truth, ignore, valid)
 
 
-def _row(run: str, method: Method, scores: Sequence[ShapeScore]) -> dict[str, str | float]:
+def _row(
+    run: str, method: Method, scored: Sequence[tuple[ShapeScore, Counts]]
+) -> dict[str, str | float]:
+    scores = [score for score, _ in scored]
     row: dict[str, str | float] = {"run": run, "method": METHOD_TITLE[method]}
     for k, least in enumerate(IOUS):
         counts = total(score.objects[k] for score in scores)
@@ -150,4 +157,5 @@ def _row(run: str, method: Method, scores: Sequence[ShapeScore]) -> dict[str, st
     names += [f"border IoU {100 * share:g} %" for share in SHARES]
     both = [(*s.borders, *s.bands) for s in scores if s.borders is not None and s.bands is not None]
     means = np.mean(both, axis=0) if both else [float("nan")] * len(names)
-    return row | {name: float(mean) for name, mean in zip(names, means, strict=True)}
+    row |= {name: float(mean) for name, mean in zip(names, means, strict=True)}
+    return row | {"unseen": unseen_share(total(counts for _, counts in scored))}

@@ -141,10 +141,8 @@ def _variants(
     base, doi, audited = (
         [score for score in scores if score.method == method] for method in METHODS
     )
-    # What a run has not seen is the same under every rule; other rules' terms do not hold it.
-    unseen = unseen_share(total(score.counts for score in base or doi or audited))
     if base:
-        yield "", _scored(base, protocol, unseen, own=True)
+        yield "", _scored(base, protocol, own=True)
     if doi:
         progress(run.name)
         refresh_terms(store, run)
@@ -154,18 +152,17 @@ def _variants(
             rule = replace(mine, scope=scope, seen=seen or mine.seen)
             variant = scope if rule.seen == "keep" else f"{scope}, f_b = 0: {rule.seen}"
             if rule == mine:
-                yield variant, _scored(doi, protocol, unseen, own=True)
+                yield variant, _scored(doi, protocol, own=True)
                 continue
             other = [s for s in rule_scores(store, run, rule) if s.pair_id in counted]
-            yield variant, _scored(other, protocol, unseen, own=False)
+            yield variant, _scored(other, protocol, own=False)
     if audited:
-        yield AUDITED, _scored(audited, protocol, unseen, own=True)
+        yield AUDITED, _scored(audited, protocol, own=True)
 
 
-def _scored(
-    scores: Sequence[PairScore], protocol: Protocol, unseen: float, *, own: bool
-) -> _Scored:
+def _scored(scores: Sequence[PairScore], protocol: Protocol, *, own: bool) -> _Scored:
     values = {line.split: line.f_score for line in protocol_lines(scores, protocol)}
+    unseen = unseen_share(total(score.counts for score in scores))
     return _Scored(own, frozenset(score.pair_id for score in scores), values, unseen)
 
 

@@ -5,7 +5,7 @@ Changes are small, so the masks are shown enlarged: a frame in the live picture 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import IO
 
@@ -20,12 +20,13 @@ from reviewer.dataset.pictures import read_picture
 from reviewer.errors import NotFound
 from reviewer.evaluation.tables import METHOD_TITLE
 from reviewer.masks import Mask, crop_to_box, decode_rle, union
-from reviewer.metrics import f_score
+from reviewer.metrics import Counts, f_score
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
+from reviewer.store.layers import load_alignment
 from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_prediction
-from reviewer.store.scores import pair_scores
+from reviewer.store.scores import pair_counts, pair_scores
 from reviewer.store.truth import truth_of_pair
 from reviewer.words import Method, Standing
 
@@ -87,9 +88,8 @@ def draw_rows(
     size = (CELL * len(columns), CELL * height / width * len(pairs) + 0.75)
     figure = Figure(figsize=size, layout="constrained")
     grid = figure.subplots(len(pairs), len(columns), squeeze=False)
-    scores = {run.name: _scores(store, run) for run in runs}
     for row, pair in zip(grid, pairs, strict=True):
-        cells = _cells(store, runs, methods, pair, scores)
+        cells = cells_of(store, runs, methods, pair)
         for axes, (cell, note) in zip(row, cells, strict=True):
             axes.set_xticks([])
             axes.set_yticks([])
@@ -118,13 +118,15 @@ def _short(title: str) -> str:
     return f"{name if len(name) < 24 else name[:22] + '…'}{line}{method}"
 
 
-def _cells(
-    store: Store,
-    runs: Sequence[Run],
-    methods: Sequence[Method],
-    pair: Pair,
-    scores: Mapping[str, Mapping[Method, Mapping[str, float]]],
+def cells_of(
+    store: Store, runs: Sequence[Run], methods: Sequence[Method], pair: Pair
 ) -> list[tuple[Image | None, str]]:
+    """Return the pictures of a row with their notes: reference, live, ground truth, then a mask per
+    run and method (None where there is none).
+
+    Raises:
+        NotFound: when the pair has no ground truth.
+    """
     revision = truth_of_pair(store, pair.id)
     if revision is None:
         raise NotFound(f"figure F: pair {pair.title} has no ground truth")
@@ -145,15 +147,33 @@ def _cells(
         (overlaid(live, truth, truth, ignore)[rows, columns], ""),
     ]
     for run in runs:
+        counts = pair_counts(store, run.id, pair.id)
+        left_out = _left_out(store, run, pair, ignore)
         for method in methods:
             mask = found.get((run.name, method))
             if mask is None:
                 cells.append((None, ""))
                 continue
-            score = scores[run.name][method].get(pair.title)
-            note = "correctly empty" if score is None else f"F {score:.2f}"
-            cells.append((overlaid(live, mask, truth, ignore)[rows, columns], note))
+            picture = overlaid(live, mask, truth, left_out)[rows, columns]
+            cells.append((picture, _note(counts.get(method))))
     return cells
+
+
+def _left_out(store: Store, run: Run, pair: Pair, ignore: Mask | None) -> Mask | None:
+    """Return the pixels that a run is not scored on."""
+    alignment = load_alignment(store, run.id, pair.id)
+    if alignment is None:
+        return ignore
+    unseen = ~decode_rle(alignment.valid)
+    return unseen if ignore is None else unseen | ignore
+
+
+def _note(counts: Counts | None) -> str:
+    if counts is None:
+        return "not counted"
+    if not counts.rightly_empty:
+        return f"F {f_score(counts):.2f}"
+    return "unseen" if counts.unseen_objects else "correctly empty"
 
 
 def telling_window(truth: Mask, found: Sequence[Mask]) -> tuple[slice, slice]:

@@ -57,6 +57,17 @@ def test_the_rule_for_images_without_change_is_a_choice(empty, wanted):
     assert lines["cs1"].f_score == pytest.approx(total / wanted)
 
 
+@pytest.mark.parametrize("empty", ["skip", "one", "zero"])
+def test_an_image_whose_changes_are_all_unseen_is_no_image_without_change(empty):
+    hidden = replace(score(5, (0, 0, 0)), counts=Counts(tn=9, unseen_px=9, unseen_objects=1))
+    nothing = replace(score(6, (0, 0, 0)), counts=Counts(unseen_px=18))
+    protocol = Protocol(kind="image_mean", empty=empty)
+    plain = [replace(s, counts=replace(s.counts, tn=9)) for s in SCORES]
+    before, _ = mean_of(protocol, plain)
+    after, _ = mean_of(protocol, [*plain, hidden, nothing])
+    assert after.f_score == before.f_score
+
+
 def test_mean_pr_takes_f_of_the_means():
     _, lines = mean_of(Protocol(kind="mean_pr"))
     p, r = (1 + 0.25) / 2, (1 + 0.5) / 2

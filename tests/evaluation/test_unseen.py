@@ -7,14 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from people import draw
 from seeing import hide
 from typer.testing import CliRunner
 
 from reviewer.cli import app
+from reviewer.editing.commit import MaskEdit
 from reviewer.evaluation.comparing import compare_runs, mean_lines
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.evaluation.outcomes import f_by_outcome, refresh_terms, run_terms
 from reviewer.evaluation.protocols import Protocol
+from reviewer.evaluation.rule_scores import rule_scores
 from reviewer.evaluation.rules import rule_of_run
 from reviewer.evaluation.shapes import shape_rows
 from reviewer.evaluation.table_a import table_a_rows
@@ -114,6 +117,19 @@ def test_other_rules_the_oracle_and_outcomes_count_as_the_scores_do(db, seen, ti
             assert by_outcome[regions[region_id]] == same
 
 
+def test_counts_under_the_runs_own_rule_are_the_stored_ones_whole(db, seen, tiny_split):
+    pair = tiny_split[1]
+    truth = newest_revision(db, pair.id).mask
+    draw(db, pair.id, "Ada", MaskEdit(truth, 1, ignore=encode_rle(~LEFT & ~ABOVE)))
+    hide(db, seen.id, tiny_split[0].id, ABOVE)
+    hide(db, seen.id, pair.id, LEFT)
+    refresh_counts(db)
+    refresh_terms(db, seen)
+    stored = [score for score in pair_scores(db, seen.name) if score.method == "doi"]
+    assert rule_scores(db, seen, rule_of_run(seen.settings)) == stored
+    assert [score.counts.unseen_objects for score in stored] == [1, 0, 0]
+
+
 def test_outcomes_of_one_answer_leave_unseen_pixels_out_too(db, seen, tiny_split):
     pair = tiny_split[0]
     hide(db, seen.id, pair.id, LEFT)
@@ -131,6 +147,7 @@ def test_objects_and_borders_are_those_that_are_seen(db, seen, tiny_split):
     hide(db, seen.id, tiny_split[0].id, ABOVE)
     rows = {row["method"]: row for row in shape_rows(db)}
     assert rows["with DoI"]["R@0.5"] == 1.0
+    assert rows["with DoI"]["unseen"] == pytest.approx(80 * 160 / (3 * PIXELS))
     db.write(lambda c: c.execute("DELETE FROM predictions WHERE method = 'doi'"))
     hide(db, seen.id, tiny_split[0].id, np.zeros(SHAPE, bool))
     before = {row["method"]: row for row in shape_rows(db)}["without DoI"]

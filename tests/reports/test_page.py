@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 from people import draw
+from seeing import hide
 from typer.testing import CliRunner
 
 from reviewer.cli import app
@@ -22,6 +23,7 @@ from reviewer.reports.rows_figure import (
     MISSED,
     RIGHT,
     WRONG,
+    cells_of,
     draw_rows,
     overlaid,
     telling_pairs,
@@ -70,6 +72,19 @@ def test_figure_f_is_a_row_a_pair(db, run, tiny_split, tmp_path):
     assert one.shape[1] == three.shape[1] and three.shape[0] > 1.6 * one.shape[0]
     with pytest.raises(NotFound, match="no pair has both"):
         draw_rows(db, [run], [], tmp_path / "none.png")
+
+
+def test_unseen_pixels_are_shown_as_not_scored_and_never_as_missed(db, run, tiny_split, tmp_path):
+    refresh_counts(db)
+    pair = tiny_split[0]
+    before = cells_of(db, [run], ["doi"], pair)
+    assert re.fullmatch(r"F [01]\.\d\d", before[-1][1])
+    hide(db, run.id, pair.id, np.ones((120, 160), bool))
+    refresh_counts(db)
+    picture, note = cells_of(db, [run], ["doi"], pair)[-1]
+    assert note == "unseen"
+    assert np.abs(picture.astype(int) - IGNORED).max() < 60
+    assert cells_of(db, [run], ["doi"], tiny_split[2])[-1][1] == "correctly empty"
 
 
 def test_the_report_holds_tables_plots_and_what_was_left_out(db, run, tiny_split):

@@ -13,6 +13,7 @@ from reviewer.app.endpoints.messages import (
     SkipInfo,
     TruthInfo,
 )
+from reviewer.evaluation.counting import counts_of_pair
 from reviewer.evaluation.outcomes import f_by_outcome
 from reviewer.metrics import Counts, f_score, precision, recall, unseen_share
 from reviewer.models.registry import segmenter_reads
@@ -24,7 +25,6 @@ from reviewer.store.pairs import pair_of_id
 from reviewer.store.regions import load_regions
 from reviewer.store.reviews import review_state
 from reviewer.store.revisions import newest_revision
-from reviewer.store.scores import pair_counts
 from reviewer.store.skips import skip_of_pair
 from reviewer.store.stages_done import pair_overview
 from reviewer.store.truth import drawn_since, list_statements, standing_of_pair
@@ -78,7 +78,7 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         layers += ["objects_live", "objects_reference"] if seen.searched else []
         layers += ["doi", "prediction"] if seen.integrated else []
         regions = load_regions(store, run.id, pair_id)
-        counts = {str(k): v for k, v in pair_counts(store, run.id, pair_id).items()}
+        counts = {str(k): v for k, v in counts_of_pair(store, run.id, pair_id).items()}
         f_if = _f_if(store, run, pair_id, regions, counts)
     if revision is not None:
         layers.append("ground_truth")

@@ -5,8 +5,6 @@ import numpy as np
 import pytest
 from seeing import hide
 
-from reviewer.evaluation.counting import refresh_counts
-
 LEFT = np.arange(160)[None, :].repeat(120, axis=0) < 60
 
 
@@ -37,7 +35,6 @@ def test_a_pair_tells_whether_it_has_an_unseen_layer(client, run, tiny_split, db
 
 def test_the_scores_of_a_pair_tell_the_share_that_is_unseen(client, db, run, tiny_split):
     hide(db, run.id, 1, LEFT | (np.arange(120)[:, None] < 80))
-    refresh_counts(db)
     scores = client.get("/api/pairs/1").json()["scores"]["doi"]
     assert scores["unseen"] == pytest.approx((120 * 60 + 80 * 100) / (120 * 160))
     assert scores["unseen_objects"] == 1
