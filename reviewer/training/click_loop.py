@@ -104,4 +104,3 @@ def _losses(logits: Tensor, rating: Tensor, truth: Tensor, counts: Tensor) -> tu
     iou = both / (found + solid - found * solid).sum(dim=(1, 2)).clamp(min=1)
     guess = functional.binary_cross_entropy_with_logits(rating, iou)
     return (focal + dice).mean(), guess
-
