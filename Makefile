@@ -84,8 +84,8 @@ $(RECIPE): $(READY)
 weights/data/sources.csv: | $(RECIPE)
 	$(BIN)/python weights/sources.py weights/data
 
-weights: $(RECIPE) weights/data/sources.csv ## Train the small nets in the package anew: four hours on two cores, Debian
+weights: $(RECIPE) weights/data/sources.csv ## Train the small nets in the package anew: some hours on two cores; needs Debian
 	$(BIN)/python weights/train.py weights/data
 
 clean: ## Remove what make made
-	rm -rf $(VENV) node_modules demo-data site
+	rm -rf $(VENV) node_modules demo-data site weights/data

@@ -19,7 +19,9 @@ import argparse
 import csv
 import hashlib
 import json
+import shutil
 import subprocess
+import sys
 import tempfile
 import zipfile
 from collections.abc import Iterator, Sequence
@@ -237,6 +239,9 @@ def main() -> None:
     parser.add_argument("target", type=Path)
     parser.add_argument("--packages", type=Path, help="folder of .deb files; fetched if missing")
     given = parser.parse_args()
+    for tool in ("apt-get", "dpkg-deb"):
+        if shutil.which(tool) is None:
+            sys.exit(f"{tool}: is not here; packages of Debian are needed, and what unpacks them")
     with whole_folder(given.target) as work:
         rows = gather(work, given.packages)
     for line in differing(rows, RECORDED):

@@ -73,6 +73,15 @@ def test_a_click_net_goes_on_from_the_package_on_the_reference_images(folder, ti
     assert f"next: reviewer serve --click click-net:{path}" in done.output
     assert f"reviewer run --segmenter object-net:{path}" in done.output
     assert NetClicks.load(str(path)).weights != NetClicks.load().weights
+    ran = call("run", "--name", "own", "--segmenter", f"object-net:{path}")
+    assert "run own: 3 pairs done, 0 were done before, 0 failed" in ran.output, ran.output
+
+
+def test_a_trained_change_net_is_the_detector_of_a_run(folder, tiny_split):
+    assert call("train", "change", *SHORT).exit_code == 0
+    path = folder / "trainings/change/siamese-lite.safetensors"
+    ran = call("run", "--name", "own", "--detector", f"siamese-lite:{path}")
+    assert "run own: 3 pairs done, 0 were done before, 0 failed" in ran.output, ran.output
 
 
 def test_a_public_backbone_is_taken(folder):

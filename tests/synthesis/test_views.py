@@ -11,6 +11,7 @@ from tiny_views import block_bank
 
 from reviewer.masks import dilate
 from reviewer.models.warping import inside, warp_image, warp_mask
+from reviewer.synthesis.bank import Bank, Cutout
 from reviewer.synthesis.settings import SynthesisSettings
 from reviewer.synthesis.views import LEAST_PX, ViewSettings, make_views
 
@@ -70,6 +71,23 @@ def test_the_true_flow_brings_what_is_seen_onto_the_live_picture(seed):
     assert np.percentile(right, 90) < 6
     shifted = off(made, made.flow + np.float32(12))[compared]
     assert right.mean() < 0.4 * shifted.mean()
+
+
+def test_a_standing_thing_moves_as_one_and_its_pattern_is_found_again():
+    pattern = np.random.default_rng(0).integers(0, 255, (40, 40, 3), np.uint8)
+    bank = Bank((Cutout(pattern, np.full((40, 40), 255, np.uint8), "rug"),), {}, "rugs")
+    given, found = settings(look=replace(STEADY, changes=(0, 0)), clutter=0), 0
+    for seed in SEEDS:
+        made = make_views(textured(0), bank, given, np.random.default_rng(seed))
+        _, rims = changed(made)
+        for mask in made.standing:
+            assert len(np.unique(made.flow[mask], axis=0)) == 1
+            inner = mask & made.seen & ~rims
+            if inner.any():
+                # Half-covered pixels at the rim of another thing are few.
+                assert np.median(off(made, made.flow)[inner]) < 3
+                found += 1
+    assert found > 10
 
 
 def test_what_a_thing_hides_in_the_reference_is_not_seen():

@@ -97,6 +97,14 @@ def test_a_gathering_that_breaks_off_leaves_nothing(sources, tmp_path, monkeypat
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_machine_that_has_no_packages_of_debian_is_told_so(sources, tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(sys, "argv", ["sources.py", str(tmp_path / "data")])
+    with pytest.raises(SystemExit, match="apt-get: is not here; packages of Debian are needed"):
+        sources.main()
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_things_without_a_name_are_drawn_the_same_for_the_same_seed(sources):
     surfaces = [textured(0), textured(1)]
     drawn = [list(sources.draw_things(surfaces, 40, seed)) for seed in (0, 0, 1)]
