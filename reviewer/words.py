@@ -107,6 +107,9 @@ FoldKind = Literal["same-split", "split", "workspace"]
 # Nets and training.
 TrainedNet = Literal["cscdnet", "cscdnet-attention", "dr-tanet", "cdnet", "tanet"]
 """Nets that are trained here; the others are known by their public checkpoints alone."""
+SmallNet = Literal["clicks", "change"]
+"""Nets whose weights lie in the package, and that are trained anew here."""
+Trainable = Literal[TrainedNet, SmallNet]
 NetName = Literal[TrainedNet, "c3po", "rscd-dinov2", "rscd-resnet18"]
 NET_NAMES: tuple[NetName, ...] = get_args(NetName)
 Preprocessing = Literal["bgr_128", "imagenet", "unit"]

@@ -12,6 +12,8 @@ import httpx
 import pytest
 from scenes import write_split
 
+from reviewer.training.small_session import WEIGHTS
+
 ROOT = Path(__file__).resolve().parent.parent
 TOKEN = "wheel-test-token"
 
@@ -55,6 +57,13 @@ def test_the_wheel_holds_static_files_and_migrations(wheel):
                for folder in ("static", "db") for p in (ROOT / folder).rglob("*.*")
                if "__pycache__" not in p.parts}  # fmt: skip
     assert shipped <= names
+
+
+def test_the_wheel_holds_the_weights_of_the_small_nets(wheel):
+    with zipfile.ZipFile(wheel) as content:
+        for name in WEIGHTS.values():
+            path = f"reviewer/models/nets/shipped/{name}.safetensors"
+            assert content.read(path) == (ROOT / path).read_bytes()
 
 
 def test_the_installed_wheel_imports_and_serves(installed, tmp_path):

@@ -31,6 +31,7 @@ from reviewer.store.audit_queue import ORDERS as WALK_ORDERS
 from reviewer.store.queue import ORDERS
 from reviewer.store.results import LAYER_TABLES
 from reviewer.training.settings import FAMILY
+from reviewer.training.small_session import SETTINGS, VIEWS_PX, WEIGHTS
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "reviewer"
@@ -131,6 +132,9 @@ def test_no_two_lists_are_of_the_same_words():
         (CHANGED, words.IgnoreMode),
         (NETS, words.NetName),
         (FAMILY, words.TrainedNet),
+        (SETTINGS, words.SmallNet),
+        (WEIGHTS, words.SmallNet),
+        (VIEWS_PX, words.SmallNet),
         (NET_TITLES, words.NetName),
         (SAM_CLASSES, words.SamFamily),
         (MODEL_TYPES, words.SamFamily),

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 Rng = np.random.Generator
 Pixels = npt.NDArray[np.uint8]
+Colours = npt.NDArray[np.float32]
 SIDE = 192
 
 
@@ -105,9 +106,9 @@ def _compound(rng: Rng) -> npt.NDArray[np.bool_]:
 SHAPES = (_cable, _rod, _card, _disc, _blob, _blob, _compound, _compound)
 
 
-def _colours(surfaces: Sequence[Pixels], rng: Rng) -> Pixels:
+def _colours(surfaces: Sequence[Pixels], rng: Rng) -> Colours:
     """A piece of a picture, a plain colour, or the one tinted by the other."""
-    surface = surfaces[rng.integers(len(surfaces))]
+    surface = surfaces[int(rng.integers(len(surfaces)))]
     side = int(min(surface.shape[:2]) * rng.uniform(0.1, 0.9))
     top, left = (int(rng.integers(0, n - side + 1)) for n in surface.shape[:2])
     piece = surface[top : top + side, left : left + side]
@@ -119,7 +120,7 @@ def _colours(surfaces: Sequence[Pixels], rng: Rng) -> Pixels:
     return np.asarray(piece * share + plain * (1 - share), np.float32)
 
 
-def _lit(colour: npt.NDArray[np.float32], solid: npt.NDArray[np.bool_], rng: Rng) -> Pixels:
+def _lit(colour: Colours, solid: npt.NDArray[np.bool_], rng: Rng) -> Pixels:
     """Give the thing a round or a bevelled body, light from one side, and sometimes a gleam."""
     depth = cv2.distanceTransform(solid.view(np.uint8), cv2.DIST_L2, 5)
     rim = max(1.0, rng.uniform(0.05, 1.0) * float(depth.max()))
@@ -132,4 +133,5 @@ def _lit(colour: npt.NDArray[np.float32], solid: npt.NDArray[np.bool_], rng: Rng
     ramp = np.linspace(-1, 1, SIDE)
     light *= 1 + rng.uniform(-0.25, 0.25) * ramp[None] + rng.uniform(-0.25, 0.25) * ramp[:, None]
     gleam = rng.choice([0, 1]) * 140 * np.clip(-slope - rng.uniform(0.3, 0.9), 0, 1)
-    return np.clip(colour * light[..., None] + gleam[..., None], 0, 255).astype(np.uint8)
+    bright = np.clip(colour * light[..., None] + gleam[..., None], 0, 255)
+    return np.asarray(bright, np.uint8)

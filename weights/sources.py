@@ -2,12 +2,13 @@
 
     python weights/sources.py TARGET [--packages FOLDER]
 
-Packages are fetched with `apt-get download` (or taken from FOLDER) and unpacked. TARGET then holds
+Packages are fetched with `apt-get download` (or taken from FOLDER) and unpacked; that needs Debian.
+TARGET is written whole or not at all. It then holds
 
 - `backgrounds/*.jpg`: photographs, paintings and surfaces, no side over 1600 px,
 - `objects/instances.json`, `objects/images/*.png`: cut-outs with their masks, as a COCO file,
-- `models/`: furniture and household things in OBJ, for `rooms.py`,
-- `sources.csv`: every package with version, licence and hash.
+- `sources.csv`: every package with version, licence and hash. The one beside this script is of the
+  nets that are shipped; what differs from it is told.
 
 No photograph of a benchmark is among them. The licences are those that the packages state.
 """
@@ -18,22 +19,31 @@ import argparse
 import csv
 import hashlib
 import json
+import shutil
 import subprocess
+import sys
 import tempfile
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 import cv2
 import numpy as np
 import numpy.typing as npt
+import skimage
 from procedural import draw_things
 from pycocotools import mask as coco
+
+from reviewer.atomic import whole_folder
+
+Row = tuple[str, ...]
 
 LONGEST_PX = 1600
 LEAST_SURFACE_PX = 128
 PROCEDURAL = 1500
+RECORDED = Path(__file__).parent / "sources.csv"
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,19 +186,27 @@ def write_objects(cutouts: list[tuple[str, npt.NDArray[np.uint8]]], folder: Path
     (folder / "instances.json").write_text(json.dumps(content))
 
 
-def main() -> None:
-    """Gather everything."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("target", type=Path)
-    parser.add_argument("--packages", type=Path, help="folder of .deb files; fetched if missing")
-    given = parser.parse_args()
-    backgrounds, models = given.target / "backgrounds", given.target / "models"
-    backgrounds.mkdir(parents=True)
+def differing(rows: Sequence[Row], recorded: Path) -> list[str]:
+    """Return what was gathered from other packages than those that are recorded."""
+    with recorded.open(newline="") as file:
+        known = {row[0]: row for row in csv.reader(file)}
+    return [
+        f"{row[0]}: is {' '.join(row[1:])}, but the shipped nets learned from"
+        f" {' '.join(known.get(row[0], ('', 'none'))[1:])}"
+        for row in rows
+        if list(row) != known.get(row[0])
+    ]
+
+
+def gather(target: Path, packages: Path | None) -> list[Row]:
+    """Fill a folder; return a row of `sources.csv` for every package."""
+    backgrounds = target / "backgrounds"
+    backgrounds.mkdir()
     cutouts: list[tuple[str, npt.NDArray[np.uint8]]] = []
-    rows = []
+    rows: list[Row] = []
     with tempfile.TemporaryDirectory() as place:
         for package in PACKAGES:
-            cache = (given.packages or Path(place)).resolve()
+            cache = (packages or Path(place)).resolve()
             deb, folder = unpacked(package, cache, Path(place))
             for pattern in package.backgrounds:
                 for path in sorted(folder.glob(pattern)):
@@ -196,22 +214,38 @@ def main() -> None:
                     write_background(cv2.imread(str(path)), backgrounds / f"{name}.jpg")
             cutouts += [(package.name, c) for c in cutouts_of(folder, package)]
             for archive in sorted(folder.glob(package.furniture)) if package.furniture else ():
-                cutouts += [(package.name, c) for c in open_furniture(archive, models, backgrounds)]
+                pictures = open_furniture(archive, Path(place) / "models", backgrounds)
+                cutouts += [(package.name, picture) for picture in pictures]
             digest = hashlib.sha256(deb.read_bytes()).hexdigest()
             rows.append((package.name, deb.name.split("_")[1], package.licence, digest))
-    import skimage
-
     for name in SKIMAGE:
         picture = np.asarray(getattr(skimage.data, name)())
         turned = picture[..., ::-1] if picture.ndim == 3 else picture
         write_background(np.ascontiguousarray(turned), backgrounds / f"skimage-{name}.jpg")
-    rows.append(("scikit-image", skimage.__version__, "public domain, CC0-1.0", ""))
-    surfaces = [cv2.imread(str(path)) for path in sorted(backgrounds.glob("*.jpg"))]
+    rows.append(("scikit-image", version("scikit-image"), "public domain, CC0-1.0", ""))
+    read = (cv2.imread(str(path)) for path in sorted(backgrounds.glob("*.jpg")))
+    surfaces = [np.asarray(surface, np.uint8) for surface in read]
     cutouts += [("procedural", c) for c in draw_things(surfaces, PROCEDURAL, seed=0)]
-    write_objects(cutouts, given.target / "objects")
-    with (given.target / "sources.csv").open("w", newline="") as file:
+    write_objects(cutouts, target / "objects")
+    with (target / "sources.csv").open("w", newline="") as file:
         csv.writer(file).writerows([("package", "version", "licence", "sha256"), *rows])
-    print(f"{len(surfaces)} backgrounds, {len(cutouts)} cut-outs: {given.target}")
+    print(f"{len(surfaces)} backgrounds, {len(cutouts)} cut-outs")
+    return rows
+
+
+def main() -> None:
+    """Gather everything."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("target", type=Path)
+    parser.add_argument("--packages", type=Path, help="folder of .deb files; fetched if missing")
+    given = parser.parse_args()
+    for tool in ("apt-get", "dpkg-deb"):
+        if shutil.which(tool) is None:
+            sys.exit(f"{tool}: is not here; packages of Debian are needed, and what unpacks them")
+    with whole_folder(given.target) as work:
+        rows = gather(work, given.packages)
+    for line in differing(rows, RECORDED):
+        print(line)
 
 
 if __name__ == "__main__":

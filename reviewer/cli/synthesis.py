@@ -14,7 +14,6 @@ from reviewer.errors import InvalidInput
 from reviewer.words import TrainedOn
 
 if TYPE_CHECKING:
-    from reviewer.store.database import Store
     from reviewer.synthesis.bank import Bank
 
 
@@ -71,7 +70,7 @@ def synth(
     settings = SynthesisSettings(**read_synthesis(synthesis))
     with open_store(db) as store:
         references = select_references(store, split or [], train_on)
-        bank = open_bank(store, coco, images, category, least_area, seed)
+        bank = open_bank(store.folder, coco, images, category, least_area, seed)
     shelf = Shelf([image.path for image in references])
     record = {
         "synthesis": settings.record(),
@@ -118,14 +117,18 @@ def read_synthesis(given: Sequence[str] | None) -> dict[str, Any]:
 
 
 def open_bank(
-    store: Store,
+    place: Path,
     coco: Path | None,
     images: Path | None,
     categories: Sequence[str] | None,
     least_area: int,
     seed: int,
 ) -> Bank:
-    """Open the bank of objects to paste, and say what it left out."""
+    """Open the bank of objects to paste, and say what it left out.
+
+    Args:
+        place: folder of the database; rendered objects are kept there.
+    """
     from reviewer.synthesis.bank import load_bank
     from reviewer.synthesis.demo_bank import open_demo_bank
 
@@ -133,9 +136,7 @@ def open_bank(
         if images or categories:
             raise InvalidInput("--images and --category: belong to --coco, which is not given")
         with progress_bar("render objects") as bar:
-            return open_demo_bank(
-                store.folder / "object-bank", lambda done, total: bar(done, total, "")
-            )
+            return open_demo_bank(place / "object-bank", lambda done, total: bar(done, total, ""))
     folder = images or coco.parent / "images"
     bank = load_bank(coco, folder, categories=categories or [], least_area_px=least_area, seed=seed)
     left_out = "".join(f"; left out: {n} {why}" for why, n in sorted(bank.left_out.items()))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -12,9 +12,8 @@ from torch import Tensor
 from torch.nn import functional
 
 from reviewer.models.nets.siamese_lite import SiameseLite
-from reviewer.models.nets.small import channels_last
 from reviewer.training.aligned_views import AlignedViews
-from reviewer.training.click_loop import average_into
+from reviewer.training.small_fit import SmallFit
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +26,7 @@ class ChangeTraining:
         seed: of the views.
     """
 
-    steps: int = 4000
+    steps: int = 2800
     batch: int = 8
     rate: float = 2e-3
     feature_rate: float = 0.0
@@ -39,27 +38,30 @@ def train_change_net(
     net: SiameseLite,
     views: Callable[[np.random.Generator], AlignedViews],
     settings: ChangeTraining,
-    tell: Callable[[int, dict[str, float], SiameseLite], None],
+    tell: Callable[[SmallFit[SiameseLite], dict[str, float]], None],
+    state: Mapping[str, Any] | None = None,
 ) -> SiameseLite:
-    """Train in place; return the net of averaged weights."""
-    rng = np.random.default_rng(settings.seed)
-    channels_last(net.train())
-    average = copy.deepcopy(net).eval()
+    """Train in place; return the net of averaged weights.
+
+    Args:
+        tell: called after each step with where the training stands, and the losses.
+        state: of a training that was stopped, from `SmallFit.state`; it goes on to the same end.
+    """
     features = list(net.features.parameters())
+    parts = [
+        ([p for n, p in net.named_parameters() if not n.startswith("features.")], settings.rate)
+    ]
+    if settings.feature_rate > 0:
+        parts.append((features, settings.rate * settings.feature_rate))
+    fit = SmallFit(
+        net, parts, steps=settings.steps, averaging=settings.averaging, seed=settings.seed
+    )
     for parameter in features:
         parameter.requires_grad_(settings.feature_rate > 0)
-    own = [p for n, p in net.named_parameters() if not n.startswith("features.")]
-    groups = [{"params": own}]
-    rates = [settings.rate]
-    if settings.feature_rate > 0:
-        groups.append({"params": features})
-        rates.append(settings.rate * settings.feature_rate)
-    optimizer = torch.optim.AdamW(groups, lr=settings.rate, weight_decay=1e-4)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimizer, rates, total_steps=settings.steps, pct_start=0.1
-    )
-    for step in range(settings.steps):
-        pairs = [views(rng) for _ in range(settings.batch)]
+    if state:
+        fit.go_on_from(state)
+    while fit.done < settings.steps:
+        pairs = [views(fit.rng) for _ in range(settings.batch)]
         pictures = (
             torch.from_numpy(np.stack([getattr(p, name) for p in pairs]))
             .permute(0, 3, 1, 2).float().to(memory_format=torch.channels_last)
@@ -71,14 +73,9 @@ def train_change_net(
         with torch.autocast("cpu", torch.bfloat16):
             logits = net(*pictures, confidence)
         loss = _loss(logits.float(), truth, torch.from_numpy(valid).float())
-        optimizer.zero_grad()
-        torch.autograd.backward(loss)
-        torch.nn.utils.clip_grad_norm_(own, 1.0)
-        optimizer.step()
-        schedule.step()
-        average_into(average, net, min(settings.averaging, (step + 1) / (step + 10)))
-        tell(step, {"change": loss.item()}, average)
-    return average
+        fit.descend(loss)
+        tell(fit, {"change": loss.item()})
+    return fit.average
 
 
 def _loss(logits: Tensor, truth: Tensor, valid: Tensor) -> Tensor:

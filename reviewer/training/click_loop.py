@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import copy
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -12,9 +12,9 @@ from torch import Tensor
 from torch.nn import functional
 
 from reviewer.models.nets.click_net import ClickNet
-from reviewer.models.nets.small import channels_last
 from reviewer.training.aligned_views import AlignedViews
 from reviewer.training.click_examples import Episode, begin
+from reviewer.training.small_fit import SmallFit
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class ClickTraining:
         seed: of the views and the simulated annotators.
     """
 
-    steps: int = 9000
+    steps: int = 4600
     batch: int = 32
     rate: float = 2.5e-3
     averaging: float = 0.998
@@ -39,23 +39,26 @@ def train_click_net(
     net: ClickNet,
     views: Callable[[np.random.Generator], AlignedViews],
     settings: ClickTraining,
-    tell: Callable[[int, dict[str, float], ClickNet], None],
+    tell: Callable[[SmallFit[ClickNet], dict[str, float]], None],
+    state: Mapping[str, Any] | None = None,
 ) -> ClickNet:
     """Train in place; return the net of averaged weights.
 
     Args:
-        tell: called after each step with its number, its losses and the averaged net.
+        tell: called after each step with where the training stands, and the losses.
+        state: of a training that was stopped, from `SmallFit.state`. The things that were under
+            clicks then are not in it, so what follows is as good, but not the same.
     """
-    rng = np.random.default_rng(settings.seed)
-    fresh = _episodes(views, rng)
-    channels_last(net.train())
-    average = copy.deepcopy(net).eval()
-    optimizer = torch.optim.AdamW(net.parameters(), lr=settings.rate, weight_decay=1e-4)
-    schedule = torch.optim.lr_scheduler.OneCycleLR(
-        optimizer, settings.rate, total_steps=settings.steps, pct_start=0.1
+    parts = [(list(net.parameters()), settings.rate)]
+    fit = SmallFit(
+        net, parts, steps=settings.steps, averaging=settings.averaging, seed=settings.seed
     )
+    if state:
+        fit.go_on_from(state)
+    rng = fit.rng
+    fresh = _episodes(views, rng)
     carried: list[Episode] = []
-    for step in range(settings.steps):
+    while fit.done < settings.steps:
         episodes = carried[: settings.batch // 2]
         episodes += [next(fresh) for _ in range(settings.batch - len(episodes))]
         windows = torch.from_numpy(np.stack([e.window() for e in episodes]))
@@ -65,20 +68,15 @@ def train_click_net(
             logits, rating = net(windows.to(memory_format=torch.channels_last))
         logits, rating = logits.float(), rating.float()
         masking, guessing = _losses(logits, rating, truth, counts)
-        optimizer.zero_grad()
-        torch.autograd.backward(masking + settings.rating * guessing)
-        torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
-        optimizer.step()
-        schedule.step()
-        average_into(average, net, min(settings.averaging, (step + 1) / (step + 10)))
+        fit.descend(masking + settings.rating * guessing)
         probabilities = torch.sigmoid(logits.detach()).numpy()
         carried = [
             e for e, p in zip(episodes, probabilities, strict=True)
             if rng.random() < 0.9 and e.follow(p, rng)
         ]  # fmt: skip
         carried = [carried[k] for k in rng.permutation(len(carried))]
-        tell(step, {"mask": masking.item(), "rating": guessing.item()}, average)
-    return average
+        tell(fit, {"mask": masking.item(), "rating": guessing.item()})
+    return fit.average
 
 
 def _episodes(
@@ -106,12 +104,3 @@ def _losses(logits: Tensor, rating: Tensor, truth: Tensor, counts: Tensor) -> tu
     iou = both / (found + solid - found * solid).sum(dim=(1, 2)).clamp(min=1)
     guess = functional.binary_cross_entropy_with_logits(rating, iou)
     return (focal + dice).mean(), guess
-
-
-@torch.no_grad()
-def average_into(average: torch.nn.Module, net: torch.nn.Module, keep: float) -> None:
-    """Move the averaged weights towards the net's; batch statistics are taken as they are."""
-    for mine, theirs in zip(average.parameters(), net.parameters(), strict=True):
-        mine.lerp_(theirs, 1 - keep)
-    for held, found in zip(average.buffers(), net.buffers(), strict=True):
-        held.copy_(found)

@@ -13,7 +13,6 @@ Every file is replaced whole, so a kill or a full disk leaves the checkpoint bef
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,7 +26,7 @@ from torch import nn
 
 from reviewer.atomic import whole_file
 from reviewer.dataset.files import hash_file
-from reviewer.errors import Conflict, InvalidInput
+from reviewer.errors import InvalidInput
 from reviewer.metrics import Counts, f_score, precision, recall
 from reviewer.models.device import best_device, choose_precision
 from reviewer.models.nets.backbone import load_backbone
@@ -40,6 +39,7 @@ from reviewer.models.nets.checkpoints import (
 from reviewer.models.nets.files import read_weights
 from reviewer.models.nets.record import NetRecord
 from reviewer.synthesis.folder import SHEET_PAIRS, contact_sheet
+from reviewer.training.claiming import Identity, claim
 from reviewer.training.log import Log
 from reviewer.training.loop import Fit, Step, TrainingFailed
 from reviewer.training.settings import TrainingSettings
@@ -111,7 +111,7 @@ def train(
         identity["data"]["start"] = hash_file(start)
     if recipe:
         identity["recipe"] = dict(recipe)
-    _claim(folder, identity)
+    claim(folder, identity, complete=_complete, hint=_precision_hint)
     fit = Fit(net, settings)
     training, validation = data.streams(settings)
     best_f, best_iteration = -1.0, 0
@@ -177,7 +177,7 @@ def _start_from(net: nn.Module, start: Path, settings: TrainingSettings, kind: s
 def _save(
     folder: Path,
     fit: Fit,
-    identity: dict[str, dict[str, Any]],
+    identity: Identity,
     at: Validated,
     log: Log,
     kind: str,
@@ -197,47 +197,26 @@ def _save(
     save_whole(folder / "state.pt", {"fit": fit.state(), **best})
 
 
-def _claim(folder: Path, identity: dict[str, dict[str, Any]]) -> None:
-    """Make the folder this training's own, or check that it is."""
-    path = folder / "training.json"
-    text = json.dumps(identity, indent=1, sort_keys=True)
-    if not path.exists():
-        with whole_file(path) as file:
-            file.write(text.encode())
-        return
-    known, wanted = json.loads(path.read_text(encoding="utf-8")), json.loads(text)
-    _complete(known["training"], wanted["training"])
-    differing = [
-        f"{part} {key}"
-        for part in wanted
-        for key in sorted({*wanted[part], *known.get(part, {})})
-        if known.get(part, {}).get(key) != wanted[part].get(key)
-    ]
-    if differing:
-        raise Conflict(
-            f"{folder}: holds a training with another {', '.join(differing[:6])};"
-            f" give this one a name of its own with --name{_precision_hint(known, wanted)}"
-        )
-
-
-def _precision_hint(known: dict[str, Any], wanted: dict[str, Any]) -> str:
+def _precision_hint(known: Identity, wanted: Identity) -> str:
     began, here = known["training"]["precision"], wanted["training"]["precision"]
     if began == here:
         return ""
     return f" (it began in {began}, this would be {here}: --precision {began} goes on with it)"
 
 
-def _complete(known: dict[str, Any], wanted: Mapping[str, Any]) -> None:
+def _complete(known: Identity, wanted: Identity) -> None:
     """Complete the record of an earlier version."""
-    defaults = {k: v for k, v in TrainingSettings(known["net"]).record().items() if k not in known}
-    known |= defaults
-    recorded = settings_of_record(known["net"], known["net_settings"])
-    known["net_settings"] = full_settings(known["net"], recorded)
-    if known["precision"] == "auto":
-        known["precision"] = wanted["precision"]  # which it was has not been noted
+    training = known["training"]
+    defaults = TrainingSettings(training["net"]).record()
+    training |= {key: value for key, value in defaults.items() if key not in training}
+    recorded = settings_of_record(training["net"], training["net_settings"])
+    training["net_settings"] = full_settings(training["net"], recorded)
+    if training["precision"] == "auto":
+        # which it was has not been noted
+        training["precision"] = wanted["training"]["precision"]
 
 
-def _record(fit: Fit, identity: dict[str, dict[str, Any]], at: Validated, kind: str) -> NetRecord:
+def _record(fit: Fit, identity: Identity, at: Validated, kind: str) -> NetRecord:
     settings = fit.settings
     scores = {
         "precision": precision(at.counts),

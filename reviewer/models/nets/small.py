@@ -6,14 +6,17 @@ model card.
 
 from __future__ import annotations
 
+import json
+import struct
 from collections.abc import Mapping
 from pathlib import Path
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save
 from torch import nn
 
+from reviewer.atomic import whole_file
 from reviewer.errors import InvalidInput, NotFound
 
 SHIPPED = Path(__file__).parent / "shipped"
@@ -25,12 +28,21 @@ def small_weights(name: str, given: str = "") -> Path:
 
 
 def save_small(path: Path, net: nn.Module, name: str, about: Mapping[str, str]) -> None:
-    """Write weights in half precision, with the net's name and what made them."""
+    """Write weights in half precision, with the net's name and what made them.
+
+    The same weights give the same bytes; the file is written whole or not at all.
+    """
     state = {
         key: value.half().contiguous() if value.is_floating_point() else value
         for key, value in net.state_dict().items()
     }
-    save_file(state, path, {"net": name, **about})
+    content = save(state, {"net": name, **about})
+    (size,) = struct.unpack("<Q", content[:8])
+    # What made them is laid out in an order that differs from run to run; tensors are not.
+    header = json.dumps(json.loads(content[8 : 8 + size]), sort_keys=True, separators=(",", ":"))
+    header += " " * (-len(header) % 8)
+    with whole_file(path) as file:
+        file.write(struct.pack("<Q", len(header)) + header.encode() + content[8 + size :])
 
 
 def channels_last(net: nn.Module) -> None:
