@@ -1,6 +1,7 @@
 """The pipeline, its proposals and its clicks on real photographs.
 
-    python benchmarks/real.py --data FOLDER [--aligner dis --aligner homography] [--json]
+    python benchmarks/real.py --data FOLDER [--aligner dis --aligner homography]
+        [--detector siamese-lite --segmenter object-net --click click-net] [--json]
 
 FOLDER holds `real_frames` (two views a room, `pairs.txt`), `real_pairs` (fixed cameras, layout
 `t0t1`) and `tiny_coco` (objects to put in). For each set (see `real_sets`) and aligner: F without
@@ -77,9 +78,9 @@ def open_set(store: Store, folders: Sequence[Path], name: str) -> None:
         import_split(store, folder.name, folder, settings, lambda *_: None)
 
 
-def run_of(store: Store, aligner: str) -> Run:
-    """Make a run with the defaults but for the aligner."""
-    order = RunOrder(PipelineSettings(aligner=aligner), f"real {aligner}")
+def run_of(store: Store, aligner: str, members: dict[str, str]) -> Run:
+    """Make a run with the defaults but for the aligner and the members given."""
+    order = RunOrder(PipelineSettings(aligner=aligner, **members), f"real {aligner}")
     run_stages(store, order)
     refresh_counts(store)
     return run_of_name(store, f"real {aligner}")
@@ -186,14 +187,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--data", type=Path, required=True)
     parser.add_argument("--aligner", action="append", help="the first one also gives the figures")
-    parser.add_argument("--segmenter", default="grabcut", help="of the clicks")
+    parser.add_argument("--detector", help="in place of the default")
+    parser.add_argument("--segmenter", help="in place of the default")
+    parser.add_argument("--click", default="grabcut", help="click segmenter")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--json", action="store_true", help="one JSON object")
     given = parser.parse_args()
     aligners = given.aligner or ["dis"]
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
-    segmenter = build_click_segmenter(given.segmenter)
+    members = {name: value for name in ("detector", "segmenter") if (value := getattr(given, name))}
+    segmenter = build_click_segmenter(given.click)
     scores: dict[str, dict[str, Scores]] = {}
     covered: list[float] = []
     trials: list[Trial] = []
@@ -203,7 +207,7 @@ def main() -> None:
             with Store(db, create=True) as store:
                 open_set(store, folders, name)
                 # The newest run is what the clicks read.
-                runs = {aligner: run_of(store, aligner) for aligner in reversed(aligners)}
+                runs = {aligner: run_of(store, aligner, members) for aligner in reversed(aligners)}
                 scores[name] = {aligner: score_run(store, runs[aligner]) for aligner in aligners}
                 covered += coverage(store, runs[aligners[0]])
             trials += run_trials(segmenter, db, 1, LEAST_PX)

@@ -39,7 +39,7 @@ def test_masks_and_pictures_are_those_of_the_store(db, run, tiny_split):
         warped, valid = pair.warped(run.name)
         assert warped.shape == (120, 160, 3) and valid.dtype == bool
         assert pair.flow(run.name).shape == (120, 160, 2)
-        assert pair.confidence(run.name) is None  # its aligner does not say
+        assert 0.9 < pair.confidence(run.name).max() <= 1
         assert 0.9 < pair.probability(run.name).max() <= 1
         assert pair.objects(run.name)[0].side == "live" and pair.labels(run.name) == []
         assert pair.ignore() is None and pair.prediction(run.name, "audited") is None

@@ -60,5 +60,5 @@ class SiameseLiteDetector:
 
 
 def _tensor(picture: Image) -> torch.Tensor:
-    planes = torch.from_numpy(np.ascontiguousarray(picture)).permute(2, 0, 1)[None].float()
+    planes = torch.from_numpy(picture.astype(np.float32)).permute(2, 0, 1)[None]
     return planes.contiguous(memory_format=torch.channels_last)
