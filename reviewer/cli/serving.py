@@ -15,7 +15,7 @@ from reviewer.errors import InvalidInput
 ClickModel = Annotated[
     str,
     typer.Option(
-        help="Click segmenter: grabcut, sam:PATH, sam2:PATH; PATH: directory or hub id.",
+        help="Click segmenter: grabcut, click-net, sam:PATH, sam2:PATH; PATH: directory or hub id.",
         metavar="NAME[:PATH]",
     ),
 ]

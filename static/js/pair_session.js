@@ -73,13 +73,20 @@ export class PairSession {
     return reply.revision < (this.saver.newest.get(id) ?? 0) ? api.mask(id) : reply;
   }
 
-  /** Read regions, scores and layers again; the mask stays. */
+  /** Read regions, scores and layers again; the mask stays. What was read before a verdict was given is
+   * read once more: it would hide the verdict. */
   async refresh() {
-    const { pair } = this.state;
+    const { state, verdicts } = this;
+    const { pair } = state;
     if (!pair) return;
     const request = this.request;
-    const fresh = await api.pair(pair.id, pair.run);
-    if (request === this.request) this.state.accept(fresh);
+    for (;;) {
+      const given = verdicts.count;
+      await verdicts.settled();
+      const fresh = await api.pair(pair.id, pair.run);
+      if (request !== this.request) return;
+      if (given === verdicts.count) return state.accept(fresh);
+    }
   }
 
   /** Whether the mask may be changed; if not, the person is told. */

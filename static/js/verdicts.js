@@ -19,11 +19,14 @@ export class Verdicts {
     this.stepping = false;
     /** @type {Promise<unknown>} what is on its way */
     this.pending = Promise.resolve();
+    /** How many were asked for, here: what was read before the last of them is out of date. */
+    this.count = 0;
   }
 
   /** @param {import("./wire.js").VerdictChange["verdict"]} verdict on the selected region @param {Why} why
    * @returns {Promise<boolean>} whether it was given */
   give(verdict, why) {
+    this.count += 1;
     const work = this.send(verdict, why);
     this.pending = work;
     return work;
@@ -55,6 +58,7 @@ export class Verdicts {
 
   /** Take a verdict back, or give it again. @param {"undo" | "redo"} way @param {Judged} entry */
   step(way, entry) {
+    this.count += 1;
     const work = this.move(way, entry);
     this.pending = work;
     return work;

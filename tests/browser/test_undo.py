@@ -142,3 +142,29 @@ def test_the_audit_goes_back_to_the_pair_whose_verdict_is_undone(server, desk):
     wait_saved(frame, 3)
     expect(frame.locator("#walk")).to_have_text("2 of 2")
     assert sorted(map(str, verdicts(server, 1, 2))) == ["None", "reject"]
+
+
+def test_a_slow_reading_of_the_pair_does_not_hide_a_verdict_given_since(server, desk):
+    page, frame = desk
+    choose_region(page, frame)
+    held = []
+
+    def hold(route):
+        if held:
+            route.continue_()
+        else:
+            held.append((route, route.fetch()))
+
+    page.route("**/api/pairs/1?*", hold)
+    on_live(frame, page, [(20, 90), (60, 90)])
+    wait_saved(frame, 2)
+    while not held:
+        page.wait_for_timeout(20)
+    page.keyboard.press("4")
+    chosen = frame.locator(".region .choice")
+    expect(chosen).to_have_text("reject ✓")
+    route, response = held[0]
+    with page.expect_response("**/api/pairs/1?*"):
+        route.fulfill(response=response)
+    page.wait_for_timeout(300)
+    expect(chosen).to_have_text("reject ✓")
