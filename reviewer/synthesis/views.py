@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from reviewer.masks import Mask
+from reviewer.models.warping import targets
 from reviewer.synthesis.bank import Bank, Cutout
 from reviewer.synthesis.jitter import Flow, photograph, relight
 from reviewer.synthesis.paste import Picture, Placed, Rng, lay, mark, place
@@ -117,7 +118,7 @@ def make_views(background: Image, bank: Bank, settings: ViewSettings, rng: Rng) 
     laid = _lay_standing(present, past, flow, owners, bank, settings, rng)
     came, went = _lay_changed(present, past, flow, owners, bank, settings, rng)
     hidden = cv2.remap(
-        owners.past.astype(np.float32), *_targets(flow), cv2.INTER_NEAREST, borderValue=-1
+        owners.past.astype(np.float32), *targets(flow), cv2.INTER_NEAREST, borderValue=-1
     )
     seen = hidden == owners.present
     for number in (*came, *went):
@@ -255,16 +256,9 @@ def _inverse(flow: Flow) -> Flow:
 
 def _remapped(field_or_picture: Picture, flow: Flow) -> Picture:
     moved = cv2.remap(
-        field_or_picture, *_targets(flow), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101
+        field_or_picture, *targets(flow), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT_101
     )
     return np.asarray(moved, np.float32)
-
-
-def _targets(flow: Flow) -> tuple[Flow, Flow]:
-    height, width = flow.shape[:2]
-    x = flow[..., 0] + np.arange(width, dtype=np.float32)[None, :]
-    y = flow[..., 1] + np.arange(height, dtype=np.float32)[:, None]
-    return x, y
 
 
 def _canvas(background: Image, side: int, rng: Rng) -> Picture:

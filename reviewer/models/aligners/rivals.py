@@ -66,8 +66,6 @@ def by_planes(
 
 def fused(found: Sequence[BothWays], present: Image, past: Image) -> BothWays:
     """Return at each pixel the flow that explains its surroundings best, in both directions."""
-    if len(found) == 1:
-        return found[0]
     turned = [BothWays(flows.backward, flows.forward) for flows in found]
     return BothWays(_best(found, present, past), _best(turned, past, present))
 
@@ -108,8 +106,7 @@ def _best(found: Sequence[BothWays], source: Image, target: Image) -> Field:
     height, width = source.shape
     costs = []
     for flows in found:
-        landed = cv2.remap(theirs, *_absolute(flows.forward), cv2.INTER_LINEAR)
-        unlike = np.abs(mine - landed)
+        unlike = np.abs(mine - sample_field(theirs, flows.forward))
         error = np.minimum(there_and_back(flows), MOST_ERROR_PX)
         cost = unlike + ERROR_WEIGHT * error
         cost[~inside(flows.forward, height, width)] = 2 + ERROR_WEIGHT * MOST_ERROR_PX
@@ -129,10 +126,3 @@ def _normalised(picture: Image) -> Field:
     mean = cv2.GaussianBlur(values, (0, 0), 6)
     spread = np.sqrt(np.maximum(cv2.GaussianBlur(values**2, (0, 0), 6) - mean**2, 0))
     return np.asarray(np.clip((values - mean) / (spread + 8), -2, 2), np.float32)
-
-
-def _absolute(flow: Field) -> tuple[Field, Field]:
-    height, width = flow.shape[:2]
-    x = flow[..., 0] + np.arange(width, dtype=np.float32)[None, :]
-    y = flow[..., 1] + np.arange(height, dtype=np.float32)[:, None]
-    return x, y
