@@ -19,7 +19,7 @@ import numpy as np
 import torch
 from objects import SIZES, around, load_pairs, objects_of, size_of
 
-from reviewer.masks import Mask, intersection_over_union
+from reviewer.masks import Mask, depth, intersection_over_union
 from reviewer.metrics import boundary_f
 from reviewer.models.interfaces import Click, ClickSegmenter, Embedding, Prompt
 from reviewer.models.registry import build_click_segmenter
@@ -52,9 +52,7 @@ def next_click(mask: Mask, truth: Mask) -> Click:
         largest = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
         area = float(stats[largest, cv2.CC_STAT_AREA])
         if area > best:
-            inside = np.pad((labels == largest).astype(np.uint8), 1)
-            depth = cv2.distanceTransform(inside, cv2.DIST_L2, 5)[1:-1, 1:-1]
-            y, x = np.unravel_index(int(depth.argmax()), depth.shape)
+            y, x = np.unravel_index(int(depth(labels == largest).argmax()), labels.shape)
             best, place, positive = area, (int(x), int(y)), belongs
     return Click(place[0] + 0.5, place[1] + 0.5, positive)
 

@@ -345,6 +345,14 @@ def keep_touched(mask: Mask, points: Iterable[tuple[int, int]]) -> Mask:
     return np.isin(labels, list(wanted))
 
 
+def depth(mask: Mask) -> npt.NDArray[np.float32]:
+    """Return how far each pixel of a mask lies from the nearest pixel that is not of it, float32
+    (H, W) in pixels; what lies beyond the picture is not of it."""
+    padded = np.pad(mask.view(np.uint8), 1)
+    distance = cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1]
+    return np.asarray(distance, np.float32)
+
+
 def boundary(mask: Mask) -> Mask:
     """Return the pixels of a mask that touch, by a side, what is not in it or the image's rim."""
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))

@@ -21,6 +21,7 @@ from reviewer.masks import (
     crop_to_box,
     decode_png,
     decode_rle,
+    depth,
     dilate,
     encode_png,
     encode_rle,
@@ -190,3 +191,13 @@ def test_holes_parts_and_boundaries_agree_with_scipy(seed):
     assert not keep_touched(mask, [tuple(int(v) for v in np.argwhere(~mask)[3][::-1])]).any()
     inner = ndimage.binary_erosion(mask)
     assert (boundary(mask) == (mask & ~inner)).all()
+
+
+def test_depth_is_the_distance_to_what_is_not_of_the_mask_or_beyond_the_picture():
+    mask = np.zeros((9, 13), np.bool_)
+    mask[2:7, 0:8] = True
+    deep = depth(mask)
+    assert deep.shape == mask.shape and deep.dtype == np.float32
+    assert not deep[~mask].any()
+    # The middle row is three rows from the outside; the left column touches the rim.
+    np.testing.assert_allclose(deep[4, [0, 1, 2, 7]], [1, 2, 3, 1], atol=0.01)

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from reviewer.masks import Mask, dilate, intersection_over_union
+from reviewer.masks import Mask, depth, dilate, intersection_over_union
 from reviewer.models.clicks.net_clicks import FIRST_LOOKS
-from reviewer.models.clicks.windows import Square, look, placed_back, square_around
+from reviewer.models.clicks.windows import Square, corrected, look, square_around
 from reviewer.models.interfaces import Click, Field, Image
 from reviewer.models.nets.click_net import SIDE
 from reviewer.training.aligned_views import AlignedViews
@@ -67,9 +67,7 @@ class Episode:
 
     def follow(self, probability: Field, rng: np.random.Generator) -> bool:
         """Take the net's mask and click again; False when the thing is done."""
-        full, covered = placed_back(probability, self.square, self.truth.shape)
-        kept = self.mask & ~covered
-        self.mask = (full > 0.5) | kept
+        self.mask = corrected(self.mask, probability, self.square)
         done = intersection_over_union(self.mask, self.truth) > GOOD_ENOUGH
         if done or len(self.clicks) >= MOST_CLICKS:
             return False
@@ -127,9 +125,9 @@ def _drawn(truth: Mask, rng: np.random.Generator) -> Mask:
 
 def first_click(truth: Mask, rng: np.random.Generator) -> Click:
     """Return a click inside a thing, mostly well inside."""
-    depth = _depth(truth)
-    least = depth.max() * (0.8 if rng.random() < 0.5 else 0.3)
-    return _any(depth >= least, True, rng)
+    deep = depth(truth)
+    least = deep.max() * (0.8 if rng.random() < 0.5 else 0.3)
+    return _any(deep >= least, True, rng)
 
 
 def next_click(mask: Mask, truth: Mask, rng: np.random.Generator) -> Click | None:
@@ -138,8 +136,8 @@ def next_click(mask: Mask, truth: Mask, rng: np.random.Generator) -> Click | Non
     if not (missed.any() or extra.any()):
         return None
     positive = np.count_nonzero(missed) >= np.count_nonzero(extra)
-    depth = _depth(missed if positive else extra)
-    return _any(depth >= 0.7 * depth.max(), bool(positive), rng)
+    deep = depth(missed if positive else extra)
+    return _any(deep >= 0.7 * deep.max(), bool(positive), rng)
 
 
 def corrupted(truth: Mask, rng: np.random.Generator) -> Mask:
@@ -182,12 +180,6 @@ def _largest(mask: Mask) -> Mask:
     if count < 3:
         return mask
     return np.asarray(labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA])))
-
-
-def _depth(mask: Mask) -> Field:
-    padded = np.pad(mask.view(np.uint8), 1)
-    depth = cv2.distanceTransform(padded, cv2.DIST_L2, 5)[1:-1, 1:-1]
-    return np.asarray(depth, np.float32)
 
 
 def _any(choice: Mask, positive: bool, rng: np.random.Generator) -> Click:

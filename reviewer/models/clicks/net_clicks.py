@@ -16,7 +16,7 @@ from torch import nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from reviewer.masks import Mask, intersection_over_union
-from reviewer.models.clicks.windows import Square, look, placed_back, square_around
+from reviewer.models.clicks.windows import Square, corrected, look, square_around
 from reviewer.models.device import check_recorded, fingerprint
 from reviewer.models.interfaces import Candidate, Click, Embedding, Field, Image, Prompt
 from reviewer.models.nets.click_net import ClickNet
@@ -132,10 +132,8 @@ class NetClicks:
         for (square, before), probability, rated in zip(
             squares, probabilities, torch.sigmoid(rating).tolist(), strict=True
         ):
-            full, covered = placed_back(probability, square, pictures[2].shape)
-            mask = full > 0.5
-            if before is not None:
-                mask |= before & ~covered
+            nothing = np.zeros(pictures[2].shape, np.bool_)
+            mask = corrected(nothing if before is None else before, probability, square)
             found.append(_Seen(mask, rated))
         return found
 

@@ -113,3 +113,9 @@ def placed_back(values: Field, square: Square, shape: tuple[int, int]) -> tuple[
     full[top:bottom, left:right] = part
     covered[top:bottom, left:right] = True
     return full, covered
+
+
+def corrected(mask: Mask, probability: Field, square: Square) -> Mask:
+    """Return a mask (H, W) with what the net says in its window; outside it stays as it was."""
+    full, covered = placed_back(probability, square, mask.shape)
+    return np.asarray((full > 0.5) | (mask & ~covered))

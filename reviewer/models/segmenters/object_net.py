@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import cv2
 import numpy as np
 
-from reviewer.masks import Mask, components, dilate, intersection_over_union
+from reviewer.masks import Mask, components, depth, dilate, intersection_over_union
 from reviewer.models.clicks.net_clicks import NetClicks
 from reviewer.models.interfaces import (
     Click,
@@ -81,8 +81,7 @@ class ObjectNetSegmenter:
 
     def _object(self, embedding: Embedding, rough: Mask) -> Instance:
         """Return what the net makes of a component; itself where the net loses it."""
-        depth = cv2.distanceTransform(np.pad(rough.view(np.uint8), 1), cv2.DIST_L2, 5)[1:-1, 1:-1]
-        y, x = np.unravel_index(int(depth.argmax()), depth.shape)
+        y, x = np.unravel_index(int(depth(rough).argmax()), rough.shape)
         click = Click(float(x) + 0.5, float(y) + 0.5)
         best = self._clicks.predict(embedding, Prompt((click,), None, rough))[0]
         again = self._clicks.predict(embedding, Prompt((click,), None, best.mask))[0]
@@ -93,10 +92,10 @@ class ObjectNetSegmenter:
 
     def _is_there(self, live: Image, warped: Image, thing: Mask) -> bool:
         """Say whether the reference shows the object, some pixels aside at most."""
-        x, y, width, height = cv2.boundingRect(dilate(thing, size_px=2 * RIM_PX + 1).view(np.uint8))
+        around = dilate(thing, size_px=2 * RIM_PX + 1)
+        x, y, width, height = cv2.boundingRect(around.view(np.uint8))
         reach = self.search_px
-        part = live[y : y + height, x : x + width]
-        where = dilate(thing, size_px=2 * RIM_PX + 1)[y : y + height, x : x + width]
+        part, where = (each[y : y + height, x : x + width] for each in (live, around))
         padded = cv2.copyMakeBorder(warped, *(reach,) * 4, cv2.BORDER_REPLICATE)
         field_of_search = padded[y : y + height + 2 * reach, x : x + width + 2 * reach]
         scores = cv2.matchTemplate(
@@ -114,21 +113,14 @@ def _stands_out(image: Image, thing: Mask) -> float:
     window = np.s_[max(0, y - 4) : y + height + 4, max(0, x - 4) : x + width + 4]
     inside: Image = thing[window].view(np.uint8)
     lab = cv2.cvtColor(image[window].astype(np.float32) / 255, cv2.COLOR_RGB2LAB)
-    inner, outer = _band(inside, cv2.MORPH_ERODE), _band(inside, cv2.MORPH_DILATE)
+    kernel = np.ones((3, 3), np.uint8)
+    inner = inside > cv2.erode(inside, kernel, iterations=2)
+    outer = cv2.dilate(inside, kernel, iterations=3) > cv2.dilate(inside, kernel)
     if not (inner.any() and outer.any()):
         return 0.0
     # Each side of the outline, smoothed along it, so that noise is no edge.
     steps = _smoothed(lab, inner) - _smoothed(lab, outer)
-    rim = (inner | outer).astype(bool)
-    return float(np.linalg.norm(steps[rim], axis=1).mean())
-
-
-def _band(inside: Image, way: int) -> Mask:
-    kernel = np.ones((3, 3), np.uint8)
-    if way == cv2.MORPH_ERODE:
-        return np.asarray(inside - cv2.erode(inside, kernel, iterations=2)).astype(np.bool_)
-    grown = cv2.dilate(inside, kernel, iterations=3) - cv2.dilate(inside, kernel)
-    return np.asarray(grown).astype(np.bool_)
+    return float(np.linalg.norm(steps[inner | outer], axis=1).mean())
 
 
 def _smoothed(lab: Field, where: Mask) -> Field:
