@@ -36,7 +36,7 @@ from reviewer.masks import decode_rle, intersection_over_union
 from reviewer.metrics import Counts, f_score
 from reviewer.models.registry import build_click_segmenter
 from reviewer.pipeline.settings import PipelineSettings
-from reviewer.pipeline.stored import warped_reference
+from reviewer.pipeline.stored import stored_alignment
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
@@ -105,7 +105,9 @@ def score_run(store: Store, run: Run) -> Scores:
         drawn.append((mean_f("base", anew), mean_f("doi", anew)))
     base, doi = np.array(drawn).T
     wrong = [counted[p.id]["doi"].fp for p in pairs]
-    unseen = [1 - float(warped_reference(store, run, pair)[1].mean()) for pair in pairs]
+    unseen = [
+        1 - float(decode_rle(stored_alignment(store, run, pair).valid).mean()) for pair in pairs
+    ]
     low, high = np.percentile(doi, (2.5, 97.5))
     gain_low, gain_high = np.percentile(doi - base, (2.5, 97.5))
     return Scores(

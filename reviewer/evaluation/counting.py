@@ -7,7 +7,14 @@ from collections.abc import Callable
 from reviewer.masks import decode_rle
 from reviewer.metrics import Counts, count, total
 from reviewer.store.database import Store
-from reviewer.store.scores import StaleScore, pair_counts, pair_scores, save_scores, stale_scores
+from reviewer.store.scores import (
+    MaskPair,
+    StaleScore,
+    pair_counts,
+    pair_scores,
+    save_scores,
+    stale_scores,
+)
 from reviewer.words import Method
 
 BATCH = 256
@@ -22,7 +29,7 @@ def refresh_counts(
     stale = stale_scores(store, pair_id)
     for start in range(0, len(stale), BATCH):
         batch = stale[start : start + BATCH]
-        save_scores(store, [(item, _count(item)) for item in batch])
+        save_scores(store, [(item, counts_of_masks(item)) for item in batch])
         progress(start + len(batch), len(stale))
     return len(stale)
 
@@ -31,10 +38,13 @@ def counts_of_pair(store: Store, run_id: int, pair_id: int) -> dict[Method, Coun
     """Return the counts of one pair by method, made for this answer where none are kept that are up
     to date. Nothing is written."""
     stale = [item for item in stale_scores(store, pair_id) if item.run_id == run_id]
-    return pair_counts(store, run_id, pair_id) | {item.method: _count(item) for item in stale}
+    return pair_counts(store, run_id, pair_id) | {
+        item.method: counts_of_masks(item) for item in stale
+    }
 
 
-def _count(item: StaleScore) -> Counts:
+def counts_of_masks(item: StaleScore | MaskPair) -> Counts:
+    """Return the counts of a prediction against its ground truth, over what is scored."""
     left_out = (decode_rle(mask) if mask else None for mask in (item.ignore, item.valid))
     return count(decode_rle(item.prediction), decode_rle(item.truth), *left_out)
 

@@ -19,19 +19,18 @@ from typing import Any
 import numpy as np
 
 from reviewer.dataset.pictures import read_picture
-from reviewer.errors import InvalidInput, NotFound, ReviewerError
+from reviewer.errors import InvalidInput, ReviewerError
+from reviewer.evaluation.counting import counts_of_masks
 from reviewer.evaluation.predicting import Interval
 from reviewer.evaluation.protocols import Protocol, paired_change, protocol_lines
-from reviewer.masks import Mask, decode_rle
-from reviewer.metrics import Counts, count
+from reviewer.metrics import Counts
 from reviewer.models.interfaces import Detector, ModelFailed, find_change
 from reviewer.models.registry import open_detector
-from reviewer.models.warping import warp_image
-from reviewer.pipeline.fields import load_confidence, load_flow, store_detection
+from reviewer.pipeline.fields import store_detection
 from reviewer.pipeline.settings import IMPORTED, PipelineSettings
+from reviewer.pipeline.stored import warped_view
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
-from reviewer.store.layers import load_alignment
 from reviewer.store.pairs import pairs_of_ids
 from reviewer.store.scores import PairScore, mask_pair, pair_scores
 
@@ -119,18 +118,11 @@ def _count_both(
     Raises:
         ReviewerError: when there is no alignment, a picture cannot be read, or the detector fails.
     """
-    alignment = load_alignment(store, run.id, pair.id)
-    if alignment is None:
-        raise NotFound("is not aligned")
-    valid = decode_rle(alignment.valid)
+    warped, valid, confidence = warped_view(store, run, pair)
     live = read_picture(pair.live)
-    warped = warp_image(read_picture(pair.reference), load_flow(alignment))
-    probability = find_change(detector, live, warped, valid, load_confidence(alignment))
+    probability = find_change(detector, live, warped, valid, confidence)
     if not np.isfinite(probability).all():
         raise ModelFailed("detector: gave probabilities that are not finite for this pair")
-    masks = mask_pair(store, run.id, pair.id, "base")
-    left_out: Mask = ~valid if masks.ignore is None else ~valid | decode_rle(masks.ignore)
-    truth = decode_rle(masks.truth)
-    found = (masks.prediction, store_detection(probability, threshold).mask)
-    usual, other = (count(decode_rle(mask), truth, left_out) for mask in found)
-    return usual, other
+    usual = mask_pair(store, run.id, pair.id, "base")
+    other = replace(usual, prediction=store_detection(probability, threshold).mask)
+    return counts_of_masks(usual), counts_of_masks(other)

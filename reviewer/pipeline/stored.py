@@ -17,7 +17,12 @@ from reviewer.models.warping import warp_image
 from reviewer.pipeline.fields import load_confidence, load_flow
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
-from reviewer.store.layers import load_alignment, load_detection, load_objects
+from reviewer.store.layers import (
+    StoredAlignment,
+    load_alignment,
+    load_detection,
+    load_objects,
+)
 from reviewer.store.regions import load_regions
 from reviewer.words import Choice, Verdict
 
@@ -76,18 +81,8 @@ def live_masks(store: Store, run_id: int, pair_id: int) -> dict[int, Mask]:
     }
 
 
-def warped_reference(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask]:
-    """Return the warped reference and the valid mask of a pair.
-
-    Raises:
-        NotFound: when the pair was not aligned in this run.
-    """
-    return warped_view(store, run, pair)[:2]
-
-
-def warped_view(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask, Field | None]:
-    """Return what `warped_reference` does, and the confidence of the alignment, float32 (H, W);
-    None where the aligner has none.
+def stored_alignment(store: Store, run: Run, pair: Pair) -> StoredAlignment:
+    """Return the alignment of a pair.
 
     Raises:
         NotFound: when the pair was not aligned in this run.
@@ -95,5 +90,21 @@ def warped_view(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask, Field 
     alignment = load_alignment(store, run.id, pair.id)
     if alignment is None:
         raise NotFound(f"pair {pair.title}: not aligned in run {run.name}; run stage align first")
+    return alignment
+
+
+def warped_reference(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask]:
+    """Return the warped reference and the valid mask of a pair; raises as `stored_alignment`."""
+    return _warped(pair, stored_alignment(store, run, pair))
+
+
+def warped_view(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask, Field | None]:
+    """Return what `warped_reference` does, and the confidence of the alignment, float32 (H, W);
+    None where the aligner has none. Raises as `stored_alignment`."""
+    alignment = stored_alignment(store, run, pair)
+    return *_warped(pair, alignment), load_confidence(alignment)
+
+
+def _warped(pair: Pair, alignment: StoredAlignment) -> tuple[Image, Mask]:
     warped = warp_image(read_picture(pair.reference), load_flow(alignment))
-    return warped, decode_rle(alignment.valid), load_confidence(alignment)
+    return warped, decode_rle(alignment.valid)

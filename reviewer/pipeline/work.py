@@ -20,7 +20,14 @@ from reviewer.dataset.pictures import read_picture
 from reviewer.doi import integrate_crops
 from reviewer.errors import NotFound, ReviewerError
 from reviewer.masks import Mask, crop_of_rle, decode_rle, encode_rle, merge_rles
-from reviewer.models.interfaces import Image, Instance, ModelFailed, PairView, find_change
+from reviewer.models.interfaces import (
+    Field,
+    Image,
+    Instance,
+    ModelFailed,
+    PairView,
+    find_change,
+)
 from reviewer.models.registry import segmenter_reads
 from reviewer.models.warping import warp_image
 from reviewer.pipeline.fields import (
@@ -136,6 +143,10 @@ class Bench:
         alignment = self._aligned()
         return warp_image(self.reference, load_flow(alignment)), decode_rle(alignment.valid)
 
+    @cached_property
+    def _confidence(self) -> Field | None:
+        return load_confidence(self._aligned())
+
     def _aligned(self) -> StoredAlignment:
         if self._known.alignment is None:
             raise NotFound(f"pair {self._pair.title}: is not aligned; do the stage align first")
@@ -160,8 +171,9 @@ class Bench:
             raise NotFound(f"pair {self._pair.title}: has no imported detection")
         assert self._settings.threshold is not None, "a prepared run names its threshold"
         warped, valid = self._warp
-        confidence = load_confidence(self._aligned())
-        probability = find_change(self._members.detector, warped, self.live, valid, confidence)
+        probability = find_change(
+            self._members.detector, warped, self.live, valid, self._confidence
+        )
         if not np.isfinite(probability).all():
             raise ModelFailed("detector: gave probabilities that are not finite for this pair")
         self._known.detection = store_detection(probability, self._settings.threshold)
@@ -193,7 +205,7 @@ class Bench:
             tuple(dict.fromkeys(named)),
             self.reference,
             load_flow(self._aligned()),
-            load_confidence(self._aligned()),
+            self._confidence,
         )
         found = self._members.segmenter.segment(view)
         self._known.objects = [

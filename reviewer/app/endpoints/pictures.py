@@ -23,10 +23,15 @@ from reviewer.dataset.pictures import read_bytes, read_picture
 from reviewer.errors import NotFound
 from reviewer.masks import Mask, components, decode_rle
 from reviewer.pipeline.fields import load_probability
-from reviewer.pipeline.stored import live_masks, region_pixels, warped_reference
+from reviewer.pipeline.stored import (
+    live_masks,
+    region_pixels,
+    stored_alignment,
+    warped_reference,
+)
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
-from reviewer.store.layers import load_alignment, load_detection, load_objects
+from reviewer.store.layers import load_detection, load_objects
 from reviewer.store.regions import load_final_mask, load_prediction, load_regions
 from reviewer.store.revisions import newest_revision
 from reviewer.store.stages_done import pair_overview
@@ -94,10 +99,7 @@ def _difference(store: Store, pair: Pair, run: Run) -> Rgb:
 
 def _unseen(store: Store, pair: Pair, run: Run) -> Rgba:
     """A dark veil over what cannot be compared, hatched so that it shows on a dark picture too."""
-    alignment = load_alignment(store, run.id, pair.id)
-    if alignment is None:
-        raise NotFound(f"pair {pair.title}: not aligned in run {run.name}; run stage align first")
-    unseen = ~decode_rle(alignment.valid)
+    unseen = ~decode_rle(stored_alignment(store, run, pair).valid)
     picture = np.zeros((*unseen.shape, 4), np.uint8)
     picture[unseen] = VEIL
     picture[unseen & _stripes(unseen.shape, 12, 2)] = VEIL_LINE
