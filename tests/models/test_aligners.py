@@ -1,7 +1,9 @@
 """Aligners: the direction of the flow, what is valid, and honest failures."""
 
+import cv2
 import numpy as np
 import pytest
+import skimage.data
 from scenes import textured
 
 from reviewer.errors import InvalidInput
@@ -49,6 +51,52 @@ def test_a_new_object_does_not_bend_the_flow():
     around = np.abs(alignment.flow[95:135, 135:185])
     assert np.median(around) < 0.1 and around.max() < 2.0
     assert alignment.valid[100:130, 140:180].all()
+
+
+def test_photographs_that_have_nothing_in_common_are_unseen():
+    one, other = (
+        cv2.resize(picture, (640, 480))
+        for picture in (skimage.data.astronaut(), skimage.data.coffee())
+    )
+    alignment = build_aligner("dis").align(one, other)
+    assert alignment.confidence.dtype == np.float32
+    assert alignment.confidence.min() >= 0 and alignment.confidence.max() <= 1
+    assert alignment.valid.mean() < 0.1
+    np.testing.assert_array_equal(alignment.valid, alignment.confidence >= 0.25)
+
+
+def test_a_large_new_object_in_a_still_view_is_compared_with_what_lay_behind_it():
+    reference = large(8)
+    live = reference.copy()
+    live[60:180, 100:200] = large(9)[60:180, 100:200]
+    alignment = build_aligner("dis").align(reference, live)
+    assert alignment.valid[60:180, 100:200].mean() > 0.95
+
+
+def test_clipped_pixels_are_no_evidence_unless_the_reference_is_dark_there():
+    reference = large(10) // 3
+    live = reference.copy()
+    reference[40:80, 40:80] = 200
+    live[40:80, 40:80] = 255  # the same bright thing, burnt out
+    live[120:160, 120:160] = 255  # a bright thing that came
+    alignment = build_aligner("dis").align(reference, live)
+    assert not alignment.valid[44:76, 44:76].any()
+    assert alignment.valid[124:156, 124:156].all()
+
+
+def test_a_shift_beyond_the_reach_of_dense_flow_is_found_from_matched_features():
+    # Features need a picture; this one repeats nothing.
+    scene = cv2.GaussianBlur(cv2.resize(skimage.data.astronaut(), (640, 480)), (0, 0), 0.8)
+    reference, live = scene[:400, :440], scene[30:430, 150:590]
+    plain = build_aligner("dis", {"starts": 0}).align(reference, live)
+    found = build_aligner("dis").align(reference, live)
+    there = np.s_[60:340, 20:260]
+    assert plain.valid[there].mean() < 0.5
+    assert found.valid[there].mean() > 0.9
+    assert np.median(found.flow[there][..., 0]) == pytest.approx(150, abs=1)
+    assert np.median(found.flow[there][..., 1]) == pytest.approx(30, abs=1)
+    back = found.backward[90:340, 180:400]
+    assert np.median(back[..., 0]) == pytest.approx(-150, abs=1)
 
 
 def test_a_view_without_features_fails_by_name():
