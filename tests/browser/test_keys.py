@@ -40,14 +40,18 @@ def row(page):
 
 
 def focus_on(page, place):
-    """Give the focus to a part of Viser's page."""
-    if place == "queue row":
-        row(page).focus()
-    elif place == "map":
-        page.locator("canvas").first.evaluate("(c) => { c.tabIndex = -1; c.focus(); }")
-    else:
-        page.get_by_role("tab", name="Found").focus()
-    assert page.evaluate("document.activeElement.className !== 'workbench-frame'")
+    """Give the focus to a part of Viser's page; again, where a queue being redrawn let go of it."""
+    for _ in range(20):
+        if place == "queue row":
+            row(page).focus()
+        elif place == "map":
+            page.locator("canvas").first.evaluate("(c) => { c.tabIndex = -1; c.focus(); }")
+        else:
+            page.get_by_role("tab", name="Found").focus()
+        if page.evaluate("document.activeElement.className !== 'workbench-frame'"):
+            return
+        page.wait_for_timeout(100)
+    raise AssertionError(f"the {place} did not keep the focus")
 
 
 def press(page, key):
