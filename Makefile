@@ -85,6 +85,7 @@ weights/data/sources.csv: | $(RECIPE)
 	$(BIN)/python weights/sources.py weights/data
 
 weights: $(RECIPE) weights/data/sources.csv ## Train the small nets in the package anew: some hours on two cores; needs Debian
+	$(BIN)/python weights/rooms.py weights/data
 	$(BIN)/python weights/train.py weights/data
 
 clean: ## Remove what make made

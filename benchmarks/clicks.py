@@ -80,7 +80,7 @@ def run_trials(segmenter: ClickSegmenter, db: Path, every: int, least: int = 1) 
     """Try every object of at least so many pixels from both starts."""
     trials = []
     for pair in load_pairs(db, every):
-        embedding = segmenter.embed(pair.live, pair.warped, pair.confidence)
+        embedding = segmenter.embed(pair.live, pair.warped, pair.confidence, pair.change)
         for thing in objects_of(pair.truth, least):
             near = pair.detected & around(thing) & ~(pair.truth & ~thing)
             empty = np.zeros_like(thing)

@@ -64,7 +64,7 @@ def do_pair(hand: Hand, pair: ScenePair, polygons: bool, store: Store, effort: E
             mask = plans[-1].mask
     else:
         segmenter = GrabCutClicks()
-        embedding = segmenter.embed(pair.live, pair.warped, pair.confidence)
+        embedding = segmenter.embed(pair.live, pair.warped, pair.confidence, pair.change)
         plans = plan_pair(segmenter, embedding, pair.predicted, pair.truth, GOAL, LEAST_PX)
     before, begun = hand.actions, time.perf_counter()
     for plan in plans:

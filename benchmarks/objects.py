@@ -11,6 +11,7 @@ import numpy as np
 from reviewer.dataset.files import read_rgb
 from reviewer.masks import Mask, components, decode_rle
 from reviewer.models.interfaces import Field, Image
+from reviewer.pipeline.fields import change_of
 from reviewer.pipeline.stored import warped_view
 from reviewer.store.database import Store
 from reviewer.store.layers import load_detection
@@ -35,6 +36,7 @@ class ScenePair:
     detected: Mask
     predicted: Mask
     confidence: Field | None = None
+    change: Field | None = None
 
 
 def load_pairs(db: Path, every: int = 1) -> Iterator[ScenePair]:
@@ -57,6 +59,7 @@ def load_pairs(db: Path, every: int = 1) -> Iterator[ScenePair]:
                 decode_rle(detection.mask),
                 decode_rle(prediction),
                 confidence,
+                change_of(detection),
             )
 
 

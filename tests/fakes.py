@@ -17,13 +17,15 @@ class FakeClicks:
         self.score = score
         self.embedded = []
         self.confidences = []
+        self.changes = []
         self.prompts = []
         self.go_on = Event()
         self.go_on.set()
 
-    def embed(self, image, other, confidence=None):
+    def embed(self, image, other, confidence=None, change=None):
         self.embedded.append((image.copy(), None if other is None else other.copy()))
         self.confidences.append(confidence)
+        self.changes.append(change)
         return {"size": np.float32(image.shape[:2]), "map": image.astype(np.float32) / 255}
 
     def predict(self, embedding, prompt):

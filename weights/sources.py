@@ -7,6 +7,7 @@ TARGET is written whole or not at all. It then holds
 
 - `backgrounds/*.jpg`: photographs, paintings and surfaces, no side over 1600 px,
 - `objects/instances.json`, `objects/images/*.png`: cut-outs with their masks, as a COCO file,
+- `models/**/*.obj`: three-dimensional models, for `rooms.py`,
 - `sources.csv`: every package with version, licence and hash. The one beside this script is of the
   nets that are shipped; what differs from it is told.
 
@@ -33,6 +34,7 @@ import cv2
 import numpy as np
 import numpy.typing as npt
 import skimage
+from models import unpack_models
 from procedural import draw_things
 from pycocotools import mask as coco
 
@@ -213,7 +215,9 @@ def gather(target: Path, packages: Path | None) -> list[Row]:
                     name = "-".join((package.name, *path.parts[-4:])).rpartition(".")[0]
                     write_background(cv2.imread(str(path)), backgrounds / f"{name}.jpg")
             cutouts += [(package.name, c) for c in cutouts_of(folder, package)]
-            for archive in sorted(folder.glob(package.furniture)) if package.furniture else ():
+            archives = sorted(folder.glob(package.furniture)) if package.furniture else []
+            unpack_models(archives, target / "models")
+            for archive in archives:
                 pictures = open_furniture(archive, Path(place) / "models", backgrounds)
                 cutouts += [(package.name, picture) for picture in pictures]
             digest = hashlib.sha256(deb.read_bytes()).hexdigest()

@@ -1,22 +1,19 @@
-"""Train the nets that come with the package: both at a time, with the numbers of the recipe.
+"""Train the nets that come with the package, with the numbers of the recipe.
 
     python weights/train.py DATA [--net clicks]
 
-DATA is what `sources.py` gathered. The trainings lie in DATA/trainings; a stopped one goes on. The
-recipe is that of `reviewer train clicks` and `reviewer train change` without options, but for what
-is said below. One thread a net, so that the same data give the same weights again.
+DATA is what `sources.py` gathered, with the rooms that `rooms.py` rendered. The trainings lie in
+DATA/trainings; a stopped one goes on. The recipe is that of `reviewer train clicks` and `reviewer
+train change` without options, but for what is said below. One thread, so that the same data give
+the same weights again.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
 import resource
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import get_args
 
 import cv2
 import torch
@@ -30,6 +27,7 @@ from reviewer.synthesis.bank import load_bank
 from reviewer.training.small_session import SETTINGS
 from reviewer.words import SmallNet
 
+ORDER: tuple[SmallNet, ...] = ("change", "clicks")
 LEAST_AREA_PX = 100
 MOST_OBJECTS = 4000
 
@@ -52,6 +50,8 @@ def train_one(given: argparse.Namespace, net: SmallNet) -> None:
             size=MOST_OBJECTS,
         ),
         backbone=(given.backbone or public_backbone()) if net == "change" else None,
+        beside=given.out / "siamese-lite.safetensors" if net == "clicks" else None,
+        rooms=sorted((given.data / "rooms").glob("*.npz")),
         listener=TERMINAL,
     )
     shipped = given.out / path.name
@@ -68,28 +68,19 @@ def public_backbone() -> Path:
 
 
 def main() -> None:
-    """Train one net here, or every net in a process of its own."""
+    """Train both nets, one after the other: the click net learns beside the change net."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("data", type=Path)
-    parser.add_argument("--net", choices=get_args(SmallNet), help="only this one")
+    parser.add_argument("--net", choices=ORDER, help="only this one")
     parser.add_argument("--out", type=Path, default=SHIPPED, help="default: the package")
     parser.add_argument("--steps", type=int, help="in place of the recipe's, to try it out")
     parser.add_argument("--batch", type=int, help="in place of the recipe's, to try it out")
     parser.add_argument("--backbone", type=Path, help="in place of the package of EfficientNet")
     given = parser.parse_args()
-    if given.net:
-        train_one(given, given.net)
-        return
-    command = [sys.executable, *sys.argv]
-    own = {**os.environ, "OMP_NUM_THREADS": "1"}
-    running = {
-        net: subprocess.Popen([*command, "--net", net], env=own) for net in get_args(SmallNet)
-    }
-    failed = [net for net, process in running.items() if process.wait()]
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    for net in [given.net] if given.net else ORDER:
+        train_one(given, net)
+    used = resource.getrusage(resource.RUSAGE_SELF)
     print(f"{(used.ru_utime + used.ru_stime) / 3600:.1f} hours of processor time")
-    if failed:
-        sys.exit(f"{', '.join(failed)}: the training failed; the same command goes on with it")
 
 
 if __name__ == "__main__":

@@ -18,7 +18,13 @@ from reviewer.editing.pictures import load_pictures
 from reviewer.editing.worker import Urgency, Worker
 from reviewer.masks import Mask, crop_to_box
 from reviewer.models.clicks.embeddings import EmbeddingCache
-from reviewer.models.interfaces import Candidate, Click, Embedding, Field, Image, Prompt
+from reviewer.models.interfaces import (
+    Candidate,
+    Click,
+    ClickPictures,
+    Embedding,
+    Prompt,
+)
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
@@ -125,18 +131,20 @@ class Clicks:
         self, pair: Pair, run: Run | None, picture: Side, window: Window | None
     ) -> Embedding:
         place = None if window is None else tuple((s.start, s.stop) for s in window)
-        # The key of the alignment tells one alignment of a run from the next.
-        aligned = stage_keys(self._store, run.id, [pair.id])[pair.id].get("align") if run else None
-        key = (pair.id, picture, run.id if run else 0, aligned, place)
+        # The stages' keys tell one alignment or detection of a run from the next.
+        stages = stage_keys(self._store, run.id, [pair.id])[pair.id] if run else {}
+        made_of = (stages.get("align"), stages.get("detect"))
+        key = (pair.id, picture, run.id if run else 0, made_of, place)
 
-        def load() -> tuple[Image, Image | None, Field | None]:
-            image, other, confidence = load_pictures(self._store, pair, run, picture)
+        def load() -> ClickPictures:
+            seen = load_pictures(self._store, pair, run, picture)
             if window is None:
-                return image, other, confidence
-            return (
-                image[window],
-                None if other is None else other[window],
-                None if confidence is None else confidence[window],
+                return seen
+            return ClickPictures(
+                seen.image[window],
+                None if seen.other is None else seen.other[window],
+                None if seen.confidence is None else seen.confidence[window],
+                None if seen.change is None else seen.change[window],
             )
 
         return self._cache.get(key, load)

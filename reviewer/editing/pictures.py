@@ -6,32 +6,33 @@ import numpy as np
 
 from reviewer.dataset.pictures import read_picture
 from reviewer.errors import NotFound
-from reviewer.models.interfaces import Field, Image
-from reviewer.pipeline.fields import unpack_flow
+from reviewer.models.interfaces import ClickPictures
+from reviewer.pipeline.fields import change_of, unpack_flow
 from reviewer.pipeline.stored import warped_view
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
-from reviewer.store.layers import load_alignment
+from reviewer.store.layers import load_alignment, load_detection
 from reviewer.store.stages_done import pair_overview
 from reviewer.words import Side
 
 
-def load_pictures(
-    store: Store, pair: Pair, run: Run | None, picture: Side
-) -> tuple[Image, Image | None, Field | None]:
-    """Return a picture, uint8 RGB, the other one, and the confidence of the alignment; None for
-    the last two where no run aligns the reference, and for the last where its aligner has none.
+def load_pictures(store: Store, pair: Pair, run: Run | None, picture: Side) -> ClickPictures:
+    """Return a picture and what a run says beside it: the other one and the confidence of the
+    alignment where it aligned the pair, the probability of change where it looked for one.
 
     Raises:
         NotFound: when a file is gone, or the reference is asked for without a run that aligns it.
     """
     aligned = run is not None and pair_overview(store, run.id, pair.id).aligned
     if picture == "live" and not aligned:
-        return read_picture(pair.live), None, None
-    warped, _, confidence = warped_view(store, _aligned_run(pair, run), pair)
+        return ClickPictures(read_picture(pair.live))
+    chosen = _aligned_run(pair, run)
+    warped, _, confidence = warped_view(store, chosen, pair)
     live = read_picture(pair.live)
     first, second = (live, warped) if picture == "live" else (warped, live)
-    return first, second, confidence
+    detection = load_detection(store, chosen.id, pair.id)
+    change = None if detection is None else change_of(detection)
+    return ClickPictures(first, second, confidence, change)
 
 
 def live_point(

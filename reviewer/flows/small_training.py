@@ -54,9 +54,15 @@ def train_small_net(
     *,
     start: Path | None = None,
     backbone: Path | None = None,
+    beside: Path | None = None,
+    rooms: Sequence[Path] = (),
     listener: Listener = NOBODY,
 ) -> Path:
     """Train a small net in a folder, or go on there; return the file of its weights.
+
+    Args:
+        start, backbone, beside: as in `training.small_session.train_small`.
+        rooms: files of rendered views (`synthesis.rendered`), beside the photographs.
 
     Raises:
         Conflict, InvalidInput, TrainingFailed: see `training.small_session.train_small`.
@@ -66,6 +72,7 @@ def train_small_net(
         [sha256 for _, sha256 in backgrounds],
         bank,
         ViewSettings(side=VIEWS_PX[net]),
+        rooms,
     )
     recent: deque[Mapping[str, float]] = deque(maxlen=TOLD_OVER)
 
@@ -86,6 +93,7 @@ def train_small_net(
             data,
             start=start,
             backbone=backbone,
+            beside=beside,
             on_step=step,
             on_saved=lambda done, path: listener.say(
                 f"{folder.name}, step {done} of {settings.steps}: {told()}; saved {path}"

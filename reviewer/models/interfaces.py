@@ -186,6 +186,16 @@ class Candidate:
     score: float
 
 
+@dataclass(frozen=True, slots=True)
+class ClickPictures:
+    """What `ClickSegmenter.embed` takes."""
+
+    image: Image
+    other: Image | None = None
+    confidence: Field | None = None
+    change: Field | None = None
+
+
 class ClickSegmenter(Protocol):
     """Finds the object that a person points at: embed an image once, then predict per click."""
 
@@ -200,14 +210,19 @@ class ClickSegmenter(Protocol):
         ...
 
     def embed(
-        self, image: Image, other: Image | None, confidence: Field | None = None
+        self,
+        image: Image,
+        other: Image | None,
+        confidence: Field | None = None,
+        change: Field | None = None,
     ) -> Embedding:
-        """Prepare an image.
+        """Prepare an image; what is known beside it is in the same frame, the live one.
 
         Args:
             other: shows the same view at the other time, None without one.
-            confidence: how sure the alignment of the two is, as in `Alignment`; both images are in
-                the live frame, whichever of them is embedded. None where nobody says.
+            confidence: how sure the alignment of the two is, as in `Alignment`; None where nobody
+                says.
+            change: float32 (H, W) in [0, 1], a detector's probability of change; None without one.
         """
         ...
 

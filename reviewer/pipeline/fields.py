@@ -16,7 +16,7 @@ import numpy as np
 from reviewer.dataset.layers import Packing
 from reviewer.dataset.pictures import read_picture
 from reviewer.errors import InvalidInput
-from reviewer.masks import Mask, encode_rle
+from reviewer.masks import Mask, decode_rle, encode_rle
 from reviewer.models.interfaces import Alignment, Field, Image, ModelFailed
 from reviewer.models.warping import inside, warp_image
 from reviewer.pipeline.judging import judge, judge_detection
@@ -151,6 +151,14 @@ def _grey_png(levels: np.ndarray) -> bytes:
     ok, data = cv2.imencode(".png", levels, [cv2.IMWRITE_PNG_COMPRESSION, 3])
     assert ok, "OpenCV refused a plain grey image"
     return data.tobytes()
+
+
+def change_of(detection: StoredDetection) -> Field:
+    """Return the probability map, or M_o where only that was imported; float32 (H, W) in [0, 1]."""
+    probability = load_probability(detection)
+    if probability is None:
+        return decode_rle(detection.mask).astype(np.float32)
+    return probability
 
 
 def load_probability(detection: StoredDetection) -> Field | None:

@@ -130,8 +130,8 @@ def make_views(background: Image, bank: Bank, settings: ViewSettings, rng: Rng) 
         changed.append(Changed(left, False, owners.past == number))
     past_blurred = bool(rng.random() < 0.5)
     return Views(
-        _taken(past, settings, rng, blurred=past_blurred),
-        _taken(present, settings, rng, blurred=not past_blurred),
+        taken(past, settings, rng, blurred=past_blurred),
+        taken(present, settings, rng, blurred=not past_blurred),
         flow,
         seen,
         tuple(c for c in changed if np.count_nonzero(c.mask) >= LEAST_PX),
@@ -280,7 +280,7 @@ def _canvas(background: Image, side: int, rng: Rng) -> Picture:
     )
 
 
-def _taken(picture: Picture, settings: ViewSettings, rng: Rng, *, blurred: bool) -> Image:
+def taken(picture: Picture, settings: ViewSettings, rng: Rng, *, blurred: bool) -> Image:
     """Return the picture as a camera takes it: light, tone curve, blur, noise, compression."""
     lit = np.clip(relight(picture, settings.look, rng), 0, 255)
     exponent = settings.gamma ** float(rng.uniform(-1, 1))

@@ -15,8 +15,8 @@ import numpy as np
 
 from reviewer.masks import Mask, depth, dilate, intersection_over_union
 from reviewer.models.clicks.net_clicks import FIRST_LOOKS
-from reviewer.models.clicks.windows import Square, corrected, look, square_around
-from reviewer.models.interfaces import Click, Field, Image
+from reviewer.models.clicks.windows import Sight, Square, corrected, look, square_around
+from reviewer.models.interfaces import Click, Field
 from reviewer.models.nets.click_net import SIDE
 from reviewer.training.aligned_views import AlignedViews
 
@@ -36,13 +36,10 @@ class Episode:
     """One thing under clicks.
 
     Attributes:
-        picture, other, confidence: as in `windows.look`.
         truth: bool (H, W). mask: the mask so far. square: of the next look.
     """
 
-    picture: Image
-    other: Image
-    confidence: Field
+    sight: Sight
     truth: Mask
     mask: Mask
     square: Square
@@ -51,7 +48,7 @@ class Episode:
     def window(self) -> Field:
         """Return the net's input."""
         previous = self.mask if self.mask.any() else None
-        return look(self.picture, self.other, self.confidence, self.square, self.clicks, previous)
+        return look(self.sight, self.square, self.clicks, previous)
 
     def target(self) -> tuple[Field, Field]:
         """Return the truth in the window and where it counts, float32 (96, 96)."""
@@ -79,8 +76,12 @@ class Episode:
         return True
 
 
-def begin(views: AlignedViews, rng: np.random.Generator) -> Iterator[Episode]:
-    """Yield an episode for every thing that a person may point at: what changed, and some other."""
+def begin(views: AlignedViews, change: Field, rng: np.random.Generator) -> Iterator[Episode]:
+    """Yield an episode for every thing that a person may point at: what changed, and some other.
+
+    Args:
+        change: what a detector says of the views, as in `Sight`.
+    """
     things = [(m, True) for m in views.came] + [(m, False) for m in views.went]
     standing = [(m, bool(rng.random() < 0.8)) for m in views.standing]
     some = [standing[k] for k in rng.permutation(len(standing))[: max(1, len(things) // 2)]]
@@ -90,14 +91,15 @@ def begin(views: AlignedViews, rng: np.random.Generator) -> Iterator[Episode]:
             continue
         pictures = (views.live, views.warped) if in_live else (views.warped, views.live)
         alone = rng.random() < ALONE
-        confidence = np.zeros_like(views.confidence) if alone else views.confidence
+        known = (views.confidence, change)
+        sight = Sight(*pictures, *(np.zeros_like(k) if alone else k for k in known))
         if rng.random() < 0.3:
             rough = corrupted(truth, rng)
             click = next_click(rough, truth, rng)
             if click is None:
                 continue
             square = _jittered(square_around(rough, [click]), rng)
-            yield Episode(*pictures, confidence, truth, rough, square, [click])
+            yield Episode(sight, truth, rough, square, [click])
             continue
         click = first_click(truth, rng)
         _, _, width, height = cv2.boundingRect(truth.view(np.uint8))
@@ -109,7 +111,7 @@ def begin(views: AlignedViews, rng: np.random.Generator) -> Iterator[Episode]:
             side = FIRST_LOOKS[int(rng.integers(len(FIRST_LOOKS)))]
         square = Square(click.x, click.y, side * float(np.exp(rng.normal(0, 0.1))))
         empty = np.zeros_like(truth)
-        yield Episode(*pictures, confidence, truth, empty, square, [click])
+        yield Episode(sight, truth, empty, square, [click])
 
 
 def _drawn(truth: Mask, rng: np.random.Generator) -> Mask:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,10 +12,16 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from reviewer.models.interfaces import ConfidentDetector, Field
 from reviewer.models.nets.click_net import ClickNet
 from reviewer.training.aligned_views import AlignedViews
 from reviewer.training.click_examples import Episode, begin
+from reviewer.training.said_changes import said_of
 from reviewer.training.small_fit import SmallFit
+
+CLICKED_IN, RECENT = 3, 24
+"""How often views are clicked in, at the mean, and how many are at hand for it: making views and
+asking the detector costs as much as a step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +45,7 @@ class ClickTraining:
 def train_click_net(
     net: ClickNet,
     views: Callable[[np.random.Generator], AlignedViews],
+    detector: ConfidentDetector,
     settings: ClickTraining,
     tell: Callable[[SmallFit[ClickNet], dict[str, float]], None],
     state: Mapping[str, Any] | None = None,
@@ -45,6 +53,7 @@ def train_click_net(
     """Train in place; return the net of averaged weights.
 
     Args:
+        detector: tells the net what changed in the views, as far as `said_of` lets it.
         tell: called after each step with where the training stands, and the losses.
         state: of a training that was stopped, from `SmallFit.state`. The things that were under
             clicks then are not in it, so what follows is as good, but not the same.
@@ -56,7 +65,7 @@ def train_click_net(
     if state:
         fit.go_on_from(state)
     rng = fit.rng
-    fresh = _episodes(views, rng)
+    fresh = _episodes(views, detector, rng)
     carried: list[Episode] = []
     while fit.done < settings.steps:
         episodes = carried[: settings.batch // 2]
@@ -80,10 +89,16 @@ def train_click_net(
 
 
 def _episodes(
-    views: Callable[[np.random.Generator], AlignedViews], rng: np.random.Generator
+    views: Callable[[np.random.Generator], AlignedViews],
+    detector: ConfidentDetector,
+    rng: np.random.Generator,
 ) -> Iterator[Episode]:
+    recent: deque[tuple[AlignedViews, Field]] = deque(maxlen=RECENT)
     while True:
-        yield from begin(views(rng), rng)
+        seen = views(rng)
+        recent.append((seen, said_of(seen, detector, rng)))
+        for _ in range(CLICKED_IN):
+            yield from begin(*recent[int(rng.integers(len(recent)))], rng)
 
 
 def _losses(logits: Tensor, rating: Tensor, truth: Tensor, counts: Tensor) -> tuple[Tensor, Tensor]:

@@ -24,14 +24,16 @@ from torch import nn
 
 from reviewer.dataset.files import hash_file
 from reviewer.errors import InvalidInput
+from reviewer.models.detectors.siamese import SiameseLiteDetector
 from reviewer.models.nets.checkpoints import save_whole
 from reviewer.models.nets.click_net import ClickNet
 from reviewer.models.nets.files import bare_state, read_weights
 from reviewer.models.nets.siamese_lite import SiameseLite
 from reviewer.models.nets.small import load_small, save_small, small_weights
 from reviewer.synthesis.bank import Bank
+from reviewer.synthesis.rendered import load_rendered, piece_of
 from reviewer.synthesis.views import ViewSettings
-from reviewer.training.aligned_views import AlignedViews, aligned_views
+from reviewer.training.aligned_views import AlignedViews, align_views, aligned_views
 from reviewer.training.change_loop import ChangeTraining, train_change_net
 from reviewer.training.claiming import Identity, claim
 from reviewer.training.click_loop import ClickTraining, train_click_net
@@ -47,6 +49,8 @@ SETTINGS: dict[SmallNet, type[ClickTraining] | type[ChangeTraining]] = {
 WEIGHTS: dict[SmallNet, str] = {"clicks": "click-net", "change": "siamese-lite"}
 """Under what name the weights of each are known, in their file and to the registry."""
 VIEWS_PX: dict[SmallNet, int] = {"clicks": 320, "change": 256}
+ROOMS = 0.5
+"""Share of the views that are pieces of rendered rooms, where there are any."""
 SAVE_EVERY = 250
 LEAST_STEPS = 20
 """A tenth of the steps raise the rate."""
@@ -58,15 +62,20 @@ class SmallData:
 
     Attributes:
         backgrounds: uint8 RGB pictures of any size. background_hashes: SHA-256 of their files.
+        rooms: files of rendered views, which `ROOMS` of the views are pieces of, if there are any.
     """
 
     backgrounds: Sequence[npt.NDArray[np.uint8]]
     background_hashes: Sequence[str]
     bank: Bank
     views: ViewSettings
+    rooms: Sequence[Path] = ()
 
     def make(self, rng: np.random.Generator) -> AlignedViews:
         """Make two views and align them."""
+        if self.rooms and rng.random() < ROOMS:
+            rendered = load_rendered(self.rooms[int(rng.integers(len(self.rooms)))])
+            return align_views(piece_of(rendered, self.views, rng), rng)
         return aligned_views(self.backgrounds, self.bank, self.views, rng)
 
     def record(self) -> dict[str, Any]:
@@ -76,11 +85,15 @@ class SmallData:
             things.update(f"{cutout.alpha.shape}".encode())
             things.update(cutout.pixels.tobytes())
             things.update(cutout.alpha.tobytes())
-        parts = [things.hexdigest(), list(self.background_hashes), asdict(self.views)]
+        parts = [
+            things.hexdigest(), list(self.background_hashes), asdict(self.views),
+            [hash_file(path) for path in self.rooms],
+        ]  # fmt: skip
         return {
             "sha256": hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest(),
             "backgrounds": len(self.backgrounds),
             "objects": len(self.bank.objects),
+            "rooms": len(self.rooms),
             "side_px": self.views.side,
         }
 
@@ -93,6 +106,7 @@ def train_small(
     *,
     start: Path | None = None,
     backbone: Path | None = None,
+    beside: Path | None = None,
     on_step: Callable[[int, Mapping[str, float]], None] = lambda step, losses: None,
     on_saved: Callable[[int, Path], None] = lambda step, path: None,
 ) -> Path:
@@ -102,6 +116,8 @@ def train_small(
         start: weights of the same net to start from.
         backbone: EfficientNet-Lite0 of the public port, for `change`; without it and without
             `start` the features are those of the package's weights.
+        beside: weights of the change net that `clicks` learns to listen to; without it those of
+            the package.
 
     Raises:
         InvalidInput: for too few steps, no rate, a start of another net, or another backbone.
@@ -118,6 +134,9 @@ def train_small(
     built: ClickNet | SiameseLite = ClickNet() if net == "clicks" else SiameseLite()
     began = _fill(built, WEIGHTS[net], start, backbone)
     known = data.record()
+    detector = SiameseLiteDetector(str(beside or "")) if net == "clicks" else None
+    if detector:
+        began["beside"] = detector.weights
     identity: Identity = {"training": {"net": net, **asdict(settings), **began}, "data": known}
     claim(folder, identity)
     path, stopped = folder / f"{WEIGHTS[net]}.safetensors", folder / "state.pt"
@@ -143,8 +162,8 @@ def train_small(
 
     state = read_weights(stopped) if stopped.exists() else None
     if isinstance(built, ClickNet):
-        assert isinstance(settings, ClickTraining)
-        train_click_net(built, data.make, settings, keep, state)
+        assert isinstance(settings, ClickTraining) and detector
+        train_click_net(built, data.make, detector, settings, keep, state)
     else:
         assert isinstance(settings, ChangeTraining)
         train_change_net(built, data.make, settings, keep, state)

@@ -9,10 +9,11 @@ from reviewer.dataset.files import read_rgb
 from reviewer.editing.clicks import ClickRequest, crop_window, keep_best
 from reviewer.editing.pictures import live_point
 from reviewer.errors import NotFound
+from reviewer.masks import decode_rle
 from reviewer.models.interfaces import Candidate, Click, Prompt
-from reviewer.pipeline.fields import pack_confidence
+from reviewer.pipeline.fields import load_probability, pack_confidence
 from reviewer.pipeline.stored import warped_reference, warped_view
-from reviewer.store.layers import load_alignment
+from reviewer.store.layers import load_alignment, load_detection
 
 
 def ask(clicks, pair, run, picture="live", prompt=None, **more):
@@ -56,6 +57,34 @@ def test_a_segmenter_is_told_how_sure_the_alignment_is(clicks, segmenter, db, ru
     np.testing.assert_array_equal(live, reference)
     np.testing.assert_array_equal(live, warped_view(db, run, pair)[2])
     np.testing.assert_array_equal(crop, live[24:120, 64:160])
+
+
+def test_a_segmenter_is_told_what_the_detector_says(clicks, segmenter, db, run, tiny_split):
+    pair, prompt = tiny_split[1], Prompt((Click(130, 100),))
+    for picture in ("live", "reference"):
+        ask(clicks, pair, run, picture)
+    ask(clicks, pair, run, prompt=prompt, crop=True)
+    live, reference, crop = segmenter.changes
+    detection = load_detection(db, run.id, pair.id)
+    np.testing.assert_array_equal(live, load_probability(detection))
+    np.testing.assert_array_equal(reference, live)
+    np.testing.assert_array_equal(crop, live[24:120, 64:160])
+
+
+def test_a_detection_that_is_made_anew_is_told_again(clicks, segmenter, db, run, tiny_split):
+    pair = tiny_split[1]
+    ask(clicks, pair, run)
+    db.write(lambda c: c.execute("UPDATE detections SET probability = NULL"))
+    db.write(lambda c: c.execute("UPDATE results SET key = key || '!' WHERE stage = 'detect'"))
+    ask(clicks, pair, run)
+    assert len(segmenter.changes) == 2
+    mask = decode_rle(load_detection(db, run.id, pair.id).mask)
+    np.testing.assert_array_equal(segmenter.changes[1], mask.astype(np.float32))
+
+
+def test_without_a_run_no_detector_says_anything(clicks, segmenter, tiny_split):
+    ask(clicks, tiny_split[0], None)
+    assert segmenter.changes == [None]
 
 
 def test_both_pictures_of_the_next_pairs_are_embedded_ahead(clicks, segmenter, run, tiny_split):

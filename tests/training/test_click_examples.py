@@ -6,7 +6,7 @@ import pytest
 from tiny_views import tiny_views
 
 from reviewer.masks import intersection_over_union
-from reviewer.models.clicks.windows import Square
+from reviewer.models.clicks.windows import Sight, Square
 from reviewer.models.interfaces import Click
 from reviewer.models.nets.click_net import CHANNELS, SIDE
 from reviewer.training.click_examples import (
@@ -79,7 +79,7 @@ def test_corrupted_masks_are_near_the_truth_but_not_it_and_differ_by_seed():
 def episode(truth=THING, mask=None, square=None):
     picture = np.full((SIZE, SIZE, 3), 90, np.uint8)
     return Episode(
-        picture, picture, np.ones((SIZE, SIZE), np.float32), truth,
+        Sight(picture, picture, np.ones((SIZE, SIZE), np.float32), np.zeros((SIZE, SIZE))), truth,
         np.zeros_like(truth) if mask is None else mask,
         square or Square(60, 55, 96), [Click(60.5, 55.5)],
     )  # fmt: skip
@@ -133,12 +133,12 @@ def test_every_thing_of_the_views_that_changed_begins_an_episode_with_a_click_in
     kinds = set()
     for _ in range(30):
         shown = views(draw)
-        for one in begin(shown, draw):
+        for one in begin(shown, shown.change.astype(np.float32), draw):
             assert np.count_nonzero(one.truth) >= LEAST_PX
             assert len(one.clicks) == 1
             (click,) = one.clicks
             assert at(one.truth, click) == click.positive
             assert click.positive or at(one.mask, click)
-            assert (one.picture is shown.live) != (one.picture is shown.warped)
-            kinds.add((bool(one.mask.any()), one.picture is shown.live))
+            assert (one.sight.picture is shown.live) != (one.sight.picture is shown.warped)
+            kinds.add((bool(one.mask.any()), one.sight.picture is shown.live))
     assert kinds == {(False, False), (False, True), (True, False), (True, True)}

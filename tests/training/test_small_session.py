@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 import torch
@@ -15,6 +16,7 @@ from reviewer.models.detectors.siamese import SiameseLiteDetector
 from reviewer.models.nets.lite0 import Lite0Features
 from reviewer.models.nets.siamese_lite import SiameseLite
 from reviewer.models.nets.small import load_small, small_weights
+from reviewer.synthesis.rendered import RenderedViews, save_rendered
 from reviewer.synthesis.views import ViewSettings
 from reviewer.training import small_session
 from reviewer.training.change_loop import ChangeTraining
@@ -131,6 +133,22 @@ def test_the_hash_of_the_data_stands_for_pictures_things_and_views(data):
         )
     }
     assert len(hashes) == 4
+
+
+def test_half_of_the_views_are_pieces_of_rendered_rooms_where_there_are_any(data, tmp_path):
+    picture, nothing = np.full((80, 90, 3), 77, np.uint8), np.zeros((80, 90), np.uint8)
+    flow = np.zeros((80, 90, 2), np.float16)
+    save_rendered(
+        tmp_path / "0.npz",
+        RenderedViews(picture, picture, flow, nothing == 0, nothing, nothing, nothing, nothing),
+    )
+    roomy = replace(data, rooms=[tmp_path / "0.npz"])
+    assert roomy.record()["rooms"] == 1 and roomy.record()["sha256"] != data.record()["sha256"]
+    rng, flat = np.random.default_rng(0), 0
+    for _ in range(60):
+        live = roomy.make(rng).live
+        flat += cv2.blur(live, (9, 9)).std(axis=(0, 1)).max() < 6
+    assert 15 < flat < 45
 
 
 def test_a_cycle_that_is_too_short_is_refused(data, tmp_path):

@@ -87,7 +87,7 @@ def build_pointing(store: Store, clicks: Clicks) -> APIRouter:
             _check_inside(pair, name, x, y)
         points = scissors.path(
             (pair_id, picture, chosen.id if chosen else 0),
-            lambda: load_pictures(store, pair, chosen, picture)[0],
+            lambda: load_pictures(store, pair, chosen, picture).image,
             (x0, y0),
             (x1, y1),
         )

@@ -20,11 +20,11 @@ from zipfile import BadZipFile
 import numpy as np
 import numpy.typing as npt
 
-from reviewer.models.interfaces import ClickSegmenter, Embedding, Field, Image
+from reviewer.models.interfaces import ClickPictures, ClickSegmenter, Embedding, Image
 
 MEMORY_BYTES = 512 * 2**20
 DISK_BYTES = 8 * 2**30
-Load = Callable[[], tuple[Image, Image | None, Field | None]]
+Load = Callable[[], ClickPictures]
 
 
 class EmbeddingCache:
@@ -59,7 +59,7 @@ class EmbeddingCache:
             if key in self._held:
                 self._held.move_to_end(key)
                 return self._held[key]
-        embedding = self._read_or_make(*load())
+        embedding = self._read_or_make(load())
         with self._lock:
             self._held[key] = embedding
             held = sum(_size(kept) for kept in self._held.values())
@@ -70,20 +70,20 @@ class EmbeddingCache:
 
     def embed(self, image: Image) -> Embedding:
         """Return the embedding of an image, kept on disk only: for one look at many images."""
-        return self._read_or_make(image, None, None)
+        return self._read_or_make(ClickPictures(image))
 
-    def _read_or_make(
-        self, image: Image, other: Image | None, confidence: Field | None
-    ) -> Embedding:
+    def _read_or_make(self, seen: ClickPictures) -> Embedding:
+        def make() -> Embedding:
+            return self.segmenter.embed(seen.image, seen.other, seen.confidence, seen.change)
+
         if self._folder is None:
-            return self.segmenter.embed(image, other, confidence)
-        digest = hashlib.blake2b(np.ascontiguousarray(image).data, digest_size=20)
-        digest.update(str(image.shape).encode())
+            return make()
+        digest = hashlib.blake2b(np.ascontiguousarray(seen.image).data, digest_size=20)
+        digest.update(str(seen.image.shape).encode())
         path = self._folder / f"{digest.hexdigest()}.npz"
         found = _read(path)
         if found is None:
-            made = self.segmenter.embed(image, other, confidence)
-            small = {name: _halved(a) for name, a in made.items()}
+            small = {name: _halved(a) for name, a in make().items()}
             _write(path, small)
             _trim(self._folder, self._disk_bytes)
             found = small

@@ -68,18 +68,24 @@ class GrabCutClicks:
         return False
 
     def embed(
-        self, image: Image, other: Image | None, confidence: Field | None = None
+        self,
+        image: Image,
+        other: Image | None,
+        confidence: Field | None = None,
+        change: Field | None = None,
     ) -> Embedding:
         """Return `features` (H, W, 6), weighted CIELAB and its change, and `change` (H, W).
 
-        The confidence is not used.
+        Neither the confidence nor a detector is asked.
         """
-        del confidence
+        del confidence, change
         colour = to_lab(image)
-        change = np.zeros_like(colour) if other is None else change_between(colour, to_lab(other))
-        strength = np.linalg.norm(change, axis=2)
+        differs = np.zeros_like(colour) if other is None else change_between(colour, to_lab(other))
+        strength = np.linalg.norm(differs, axis=2)
         weights = np.asarray([1, CHROMA_WEIGHT, CHROMA_WEIGHT], np.float32)
-        features = np.concatenate([colour * weights, change * weights * self.change_weight], axis=2)
+        features = np.concatenate(
+            [colour * weights, differs * weights * self.change_weight], axis=2
+        )
         return {"features": features.astype(np.float32), "change": strength.astype(np.float32)}
 
     def predict(self, embedding: Embedding, prompt: Prompt) -> list[Candidate]:

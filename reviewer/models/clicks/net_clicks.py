@@ -16,7 +16,7 @@ from torch import nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from reviewer.masks import Mask, intersection_over_union
-from reviewer.models.clicks.windows import Square, corrected, look, square_around
+from reviewer.models.clicks.windows import Sight, Square, corrected, look, square_around
 from reviewer.models.device import check_recorded, fingerprint
 from reviewer.models.interfaces import Candidate, Click, Embedding, Field, Image, Prompt
 from reviewer.models.nets.click_net import ClickNet
@@ -73,18 +73,25 @@ class NetClicks:
         return False
 
     def embed(
-        self, image: Image, other: Image | None, confidence: Field | None = None
+        self,
+        image: Image,
+        other: Image | None,
+        confidence: Field | None = None,
+        change: Field | None = None,
     ) -> Embedding:
-        """Keep the pictures and how sure the alignment is; without a reference it is nowhere."""
+        """Keep the pictures and what is known beside; without a reference, confidence is 0."""
         if other is None:
             other = np.zeros_like(image)
             confidence = np.zeros(image.shape[:2], np.float32)
         if confidence is None:
             confidence = np.ones(image.shape[:2], np.float32)
+        if change is None:
+            change = np.zeros(image.shape[:2], np.float32)
         return {
             "picture": image.astype(np.float32),
             "other": other.astype(np.float32),
             "confidence": confidence,
+            "change": change,
         }
 
     def predict(self, embedding: Embedding, prompt: Prompt) -> list[Candidate]:
@@ -121,8 +128,8 @@ class NetClicks:
         self, embedding: Embedding, squares: Sequence[tuple[Square, Mask | None]],
         clicks: Sequence[Click],
     ) -> list[_Seen]:  # fmt: skip
-        pictures = embedding["picture"], embedding["other"], embedding["confidence"]
-        windows = np.stack([look(*pictures, square, clicks, before) for square, before in squares])
+        sight = Sight(**embedding)
+        windows = np.stack([look(sight, square, clicks, before) for square, before in squares])
         with torch.inference_mode():
             logits, rating = self.net(
                 torch.from_numpy(windows).to(memory_format=torch.channels_last)
@@ -132,7 +139,7 @@ class NetClicks:
         for (square, before), probability, rated in zip(
             squares, probabilities, torch.sigmoid(rating).tolist(), strict=True
         ):
-            nothing = np.zeros(pictures[2].shape, np.bool_)
+            nothing = np.zeros(sight.confidence.shape, np.bool_)
             mask = corrected(nothing if before is None else before, probability, square)
             found.append(_Seen(mask, rated))
         return found

@@ -102,10 +102,14 @@ class SamClicks:
         return True
 
     def embed(
-        self, image: Image, other: Image | None, confidence: Field | None = None
+        self,
+        image: Image,
+        other: Image | None,
+        confidence: Field | None = None,
+        change: Field | None = None,
     ) -> Embedding:
-        """Return the encoder's feature maps; the other image and the confidence are not used."""
-        del other, confidence
+        """Return the encoder's feature maps; nothing but the image is used."""
+        del other, confidence, change
         with torch.inference_mode(), self._fast():
             found = self.model.get_image_embeddings(self._pixels(image).to(self.device))
         maps = found if self.kind == "sam2" else [found]

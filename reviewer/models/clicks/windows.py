@@ -38,6 +38,22 @@ class Square:
         return np.array([[scale, 0, shift_x], [0, scale, shift_y]])
 
 
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """What there is to look at, all in one frame.
+
+    Attributes:
+        picture, other: RGB (H, W, 3) in [0, 255], the clicked picture and the other time's.
+        confidence: float32 (H, W) in [0, 1]; 0 where `other` says nothing.
+        change: float32 (H, W) in [0, 1], a detector's probability of change; 0 without one.
+    """
+
+    picture: Image | Field
+    other: Image | Field
+    confidence: Field
+    change: Field
+
+
 def square_around(mask: Mask, clicks: Sequence[Click]) -> Square:
     """Return the square of a second look at a mask and its clicks; the mask may be empty."""
     x, y, width, height = cv2.boundingRect(mask.view(np.uint8))
@@ -47,25 +63,16 @@ def square_around(mask: Mask, clicks: Sequence[Click]) -> Square:
     return Square((max(xs) + min(xs)) / 2, (max(ys) + min(ys)) / 2, max(side, LEAST_SIDE_PX))
 
 
-def look(
-    picture: Image | Field, other: Image | Field, confidence: Field, square: Square,
-    clicks: Sequence[Click], previous: Mask | None,
-) -> Field:  # fmt: skip
-    """Return what the net sees, float32 (13, 96, 96).
-
-    Args:
-        picture, other: RGB (H, W, 3) in [0, 255], the clicked picture and the other time's.
-        confidence: float32 (H, W) in [0, 1]; 0 where `other` says nothing.
-        previous: bool (H, W), the mask so far.
-    """
+def look(sight: Sight, square: Square, clicks: Sequence[Click], previous: Mask | None) -> Field:
+    """Return what the net sees, float32 (14, 96, 96); `previous`, bool (H, W), is the mask."""
     matrix = square.matrix()
     out = np.empty((CHANNELS, SIDE, SIDE), np.float32)
-    mine, theirs = (_cut(image, square, matrix) for image in (picture, other))
+    mine, theirs = (_cut(image, square, matrix) for image in (sight.picture, sight.other))
     out[0:3] = mine.transpose(2, 0, 1)
     out[3:6] = theirs.transpose(2, 0, 1)
     out[0:6] /= 255
     out[6:9] = np.abs(out[0:3] - out[3:6]) * DIFFERENCE_GAIN
-    out[9] = _cut(confidence, square, matrix)
+    out[9] = _cut(sight.confidence, square, matrix)
     out[6:9] *= out[9]
     out[3:6] *= out[9] > 0
     out[10:13] = 0
@@ -75,6 +82,7 @@ def look(
         cv2.circle(disc, [round(float(v)) for v in middle], DISC_PX, 1.0, -1)
     if previous is not None and previous.any():
         out[12] = _cut(previous.astype(np.float32), square, matrix, outside=cv2.BORDER_CONSTANT)
+    out[13] = _cut(sight.change, square, matrix, outside=cv2.BORDER_CONSTANT)
     return out
 
 

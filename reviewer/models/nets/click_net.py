@@ -1,9 +1,9 @@
 """A small change-aware click net: residual U-Net on a window, with a guess of its own IoU.
 
 It sees the window of the clicked picture, the same window of the other time, their difference, how
-sure the alignment is there, the clicks as discs and the mask so far. Discs are drawn after zooming,
-so that a click is as large beside a screw as beside a chair. Mask and clicks as input follow RITM
-(Sofiiuk et al., 2022).
+sure the alignment is there, the clicks as discs, the mask so far and what a change detector says.
+Discs are drawn after zooming, so that a click is as large beside a screw as beside a chair. Mask
+and clicks as input follow RITM (Sofiiuk et al., 2022).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from torch.nn import functional
 
 SIDE = 96
 """Pixels a side of the window that the net sees."""
-CHANNELS = 13
+CHANNELS = 14
 WIDTHS = (16, 32, 64, 96, 96)
 SHAPE_FEATURES = 4
 
@@ -39,10 +39,10 @@ class Residual(nn.Module):
 class ClickNet(nn.Module):
     """Mask logits and the guessed IoU of a window.
 
-    `forward` takes float32 (N, 13, 96, 96): picture RGB, other RGB, three times the absolute
+    `forward` takes float32 (N, 14, 96, 96): picture RGB, other RGB, three times the absolute
     difference RGB (all of pictures in [0, 1]), confidence, discs of positive and of negative
-    clicks, mask so far; see `windows_of_clicks`. It returns logits (N, 96, 96) and the guessed
-    IoU's logits (N,).
+    clicks, mask so far, probability of change; see `clicks.windows.look`. It returns logits
+    (N, 96, 96) and the guessed IoU's logits (N,).
     """
 
     def __init__(self, widths: tuple[int, ...] = WIDTHS) -> None:

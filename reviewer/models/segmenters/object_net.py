@@ -60,8 +60,9 @@ class ObjectNetSegmenter:
     def segment(self, view: PairView) -> Objects:
         """Return one instance for each joined component, in the picture that has the object."""
         confidence = view.valid.astype(np.float32) if view.confidence is None else view.confidence
-        present = self._clicks.embed(view.live, view.warped, confidence)
-        past = self._clicks.embed(view.warped, view.live, confidence)
+        change = view.change.astype(np.float32)
+        present = self._clicks.embed(view.live, view.warped, confidence, change)
+        past = self._clicks.embed(view.warped, view.live, confidence, change)
         found_live, found_past = [], []
         _, groups = components(dilate(view.change, size_px=self.join_px))
         for group in groups:

@@ -9,11 +9,11 @@ from scenes import textured
 from reviewer.models.clicks.embeddings import EmbeddingCache
 from reviewer.models.clicks.grabcut import GrabCutClicks
 from reviewer.models.clicks.sam import SamClicks
-from reviewer.models.interfaces import Click, Prompt
+from reviewer.models.interfaces import Click, ClickPictures, Prompt
 
 
 def load(seed):
-    return lambda: (textured(seed), None, None)
+    return lambda: ClickPictures(textured(seed))
 
 
 def test_an_image_is_embedded_once(tmp_path):

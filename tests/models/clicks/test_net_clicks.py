@@ -66,9 +66,9 @@ def squares(monkeypatch):
     seen = []
     look = net_clicks.look
 
-    def remember(picture, other, confidence, square, clicks, previous):
+    def remember(sight, square, clicks, previous):
         seen.append(square)
-        return look(picture, other, confidence, square, clicks, previous)
+        return look(sight, square, clicks, previous)
 
     monkeypatch.setattr(net_clicks, "look", remember)
     return seen
@@ -182,6 +182,15 @@ def test_the_net_is_told_how_sure_the_alignment_is(segmenter, scene, looks):
     assert looks.windows[2][:, 9].max() == pytest.approx(0.5)
 
 
+def test_the_net_is_told_what_a_detector_says(segmenter, scene, looks):
+    live, past, block = scene
+    prompt = Prompt((Click(75, 52),))
+    segmenter.predict(segmenter.embed(live, past), prompt)
+    segmenter.predict(segmenter.embed(live, past, None, block.astype(np.float32)), prompt)
+    assert not looks.windows[0][:, 13].any()
+    assert looks.windows[2][0, 13, SIDE // 2, SIDE // 2] == 1
+
+
 def test_a_tiny_mask_is_looked_at_in_a_window_of_some_size(segmenter, scene, squares):
     live, past, block = scene
     dot = np.zeros_like(block)
@@ -196,7 +205,7 @@ def weights(tmp_path_factory):
     torch.manual_seed(0)
     net = ClickNet().train()
     for _ in range(2):
-        net(torch.randn(4, 13, SIDE, SIDE))
+        net(torch.randn(4, 14, SIDE, SIDE))
     path = tmp_path_factory.mktemp("weights") / "click-net.safetensors"
     save_small(path, net, "click-net", {})
     return path
@@ -205,7 +214,7 @@ def weights(tmp_path_factory):
 def test_the_net_gives_the_same_with_its_norms_folded_into_its_convolutions(weights):
     plain = ClickNet()
     load_small(weights, plain, "click-net")
-    windows = torch.rand(3, 13, SIDE, SIDE)
+    windows = torch.rand(3, 14, SIDE, SIDE)
     with torch.inference_mode():
         wanted, found = plain(windows), NetClicks.load(str(weights)).net(windows)
     for mine, theirs in zip(found, wanted, strict=True):

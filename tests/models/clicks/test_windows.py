@@ -11,6 +11,7 @@ from reviewer.models.clicks.windows import (
     DISC_PX,
     LEAST_SIDE_PX,
     LOOSE,
+    Sight,
     Square,
     look,
     placed_back,
@@ -28,9 +29,10 @@ def ramp():
     return np.dstack([x, y, np.zeros_like(x)])
 
 
-def seen(picture, square, clicks=(), previous=None, other=None, confidence=1.0):
+def seen(picture, square, clicks=(), previous=None, other=None, confidence=1.0, change=0.0):
     sure = np.full(picture.shape[:2], confidence, np.float32)
-    return look(picture, picture if other is None else other, sure, square, clicks, previous)
+    sight = Sight(picture, picture if other is None else other, sure, change * sure)
+    return look(sight, square, clicks, previous)
 
 
 squares = st.builds(Square, st.floats(70, 130), st.floats(60, 90), st.floats(20, 110))
@@ -72,6 +74,13 @@ def test_pictures_difference_and_confidence_lie_where_the_net_expects_them():
     apart = np.array([100, 0, 10]) / 255 * DIFFERENCE_GAIN * 0.5
     assert middle[6:9] == pytest.approx(apart, abs=1e-4)
     assert middle[9] == pytest.approx(0.5) and not middle[10:].any()
+
+
+def test_what_a_detector_says_is_shown_and_ends_at_the_picture():
+    picture = np.full((HEIGHT, WIDTH, 3), 120, np.float32)
+    window = seen(picture, Square(0, 75, 96), change=0.7)
+    assert not window[13, :, :46].any()
+    assert window[13, 5:-5, 50:] == pytest.approx(0.7)
 
 
 def test_nothing_of_the_other_time_is_shown_where_it_says_nothing():
