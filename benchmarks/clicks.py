@@ -2,13 +2,17 @@
 
 Protocol (Sofiiuk et al., RITM, 2022): the next click goes to the middle of the largest error, at
 most 20 times, from an empty mask and from the detector's pixels around the object. Boundary F at 1,
-2 and 3 px is of the mask after the last click. Needs a demo database (`reviewer demo --check`).
+2 and 3 px is of the mask after the last click. `--db` takes any database whose pairs have ground
+truth and a run; without it, that of `reviewer demo --check`. `--objects` takes a CSV file with the
+columns pair (such as cr1/0000), x and y: only objects that hold such a pixel are tried.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import json
+import sys
 import time
 from collections import defaultdict
 from dataclasses import dataclass
@@ -76,12 +80,23 @@ def try_object(
     return Trial(size, start, needed, ious[min(1, len(ious) - 1)], boundary, tuple(seconds))
 
 
-def run_trials(segmenter: ClickSegmenter, db: Path, every: int, least: int = 1) -> list[Trial]:
-    """Try every object of at least so many pixels from both starts."""
+def run_trials(
+    segmenter: ClickSegmenter, db: Path, every: int, least: int = 1,
+    only: dict[str, list[tuple[int, int]]] | None = None,
+) -> list[Trial]:  # fmt: skip
+    """Try every object of at least so many pixels from both starts.
+
+    Args:
+        only: pixels (x, y) by the title of the pair; objects without one are left out.
+    """
     trials = []
     for pair in load_pairs(db, every):
+        if only is not None and pair.title not in only:
+            continue
         embedding = segmenter.embed(pair.live, pair.warped, pair.confidence, pair.change)
         for thing in objects_of(pair.truth, least):
+            if only is not None and not any(thing[y, x] for x, y in only[pair.title]):
+                continue
             near = pair.detected & around(thing) & ~(pair.truth & ~thing)
             empty = np.zeros_like(thing)
             trials.append(try_object(segmenter, embedding, thing, empty, "empty"))
@@ -89,11 +104,21 @@ def run_trials(segmenter: ClickSegmenter, db: Path, every: int, least: int = 1) 
     return trials
 
 
+def read_objects(path: Path) -> dict[str, list[tuple[int, int]]]:
+    """Return the pixels of an object list by pair."""
+    found: dict[str, list[tuple[int, int]]] = defaultdict(list)
+    with path.open(newline="") as file:
+        for row in csv.DictReader(file):
+            found[row["pair"]].append((int(float(row["x"])), int(float(row["y"]))))
+    return found
+
+
 def main() -> None:
     """Measure, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--segmenter", default="grabcut", help="grabcut, sam:PATH, sam2:PATH")
     parser.add_argument("--db", type=Path, default=DEMO)
+    parser.add_argument("--objects", type=Path, help="CSV: pair, x, y")
     parser.add_argument("--every", type=int, default=1, help="only each n-th pair")
     parser.add_argument("--json", action="store_true", help="one JSON object")
     arguments = parser.parse_args()
@@ -102,7 +127,10 @@ def main() -> None:
     cv2.setNumThreads(1)
     torch.set_num_threads(1)
     segmenter = build_click_segmenter(arguments.segmenter)
-    trials = run_trials(segmenter, arguments.db, arguments.every)
+    only = read_objects(arguments.objects) if arguments.objects else None
+    trials = run_trials(segmenter, arguments.db, arguments.every, only=only)
+    if not trials:
+        sys.exit(f"{arguments.db}: no object to try; pairs need ground truth and a run's results")
     groups: dict[tuple[str, str], list[Trial]] = defaultdict(list)
     for trial in trials:
         groups[trial.start, trial.size].append(trial)

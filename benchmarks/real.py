@@ -7,7 +7,8 @@ FOLDER holds `real_frames` (two views a room, `pairs.txt`), `real_pairs` (fixed 
 `t0t1`) and `tiny_coco` (objects to put in). For each set (see `real_sets`) and aligner: F without
 and with DoI with 95 % intervals over pairs, wrong pixels a pair, the share of pixels no reference
 shows; for the first aligner also how many changed objects any proposal covers, and clicks by size.
-With `--json` one object of the figures that sets are compared by. `--seed` draws other objects.
+With `--json` one object of the figures that sets are compared by. `--seed` draws other objects;
+given several times, the figures are means over the seeds, and how far the seeds differ is told.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from reviewer.evaluation.counting import refresh_counts
 from reviewer.flows.running import RunOrder, run_stages
 from reviewer.masks import decode_rle, intersection_over_union
 from reviewer.metrics import Counts, f_score
+from reviewer.models.interfaces import ClickSegmenter
 from reviewer.models.registry import build_click_segmenter
 from reviewer.pipeline.settings import PipelineSettings
 from reviewer.pipeline.stored import stored_alignment
@@ -157,10 +159,8 @@ def figures_of(
     return found
 
 
-def show(
-    scores: dict[str, dict[str, Scores]], figures: dict[str, float], trials: list[Trial]
-) -> None:
-    """Print Markdown tables."""
+def show(scores: dict[str, dict[str, Scores]], trials: list[Trial]) -> None:
+    """Print what was measured with one seed, as Markdown tables."""
     print("| set | aligner | pairs | F without | F with DoI [95 %] | gain [95 %] | wrong px |")
     print("|---|---|---|---|---|---|---|")
     for name, by_aligner in scores.items():
@@ -179,9 +179,6 @@ def show(
                 first = np.mean([t.first_iou for t in own])
                 cells = f"{len(own)} | {start} | {first:.2f} | {eighty:.2f} | {ninety:.2f}"
                 print(f"| {size} | {cells} |")
-    print("\n| figure | value |\n|---|---|")
-    for key, value in figures.items():
-        print(f"| `{key}` | {value:.4g} |")
 
 
 def main() -> None:
@@ -192,7 +189,7 @@ def main() -> None:
     parser.add_argument("--detector", help="in place of the default")
     parser.add_argument("--segmenter", help="in place of the default")
     parser.add_argument("--click", default="grabcut", help="click segmenter")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--seed", type=int, action="append", help="of the sets, default: 0")
     parser.add_argument("--json", action="store_true", help="one JSON object")
     given = parser.parse_args()
     aligners = given.aligner or ["dis"]
@@ -200,11 +197,33 @@ def main() -> None:
     torch.set_num_threads(1)
     members = {name: value for name in ("detector", "segmenter") if (value := getattr(given, name))}
     segmenter = build_click_segmenter(given.click)
+    by_seed = []
+    for seed in given.seed or [0]:
+        measured = measure(given.data, seed, aligners, members, segmenter)
+        by_seed.append(figures_of(*measured, aligners[0]))
+        if not given.json:
+            print(f"\nseed {seed}\n")
+            show(measured[0], measured[2])
+    figures = {key: float(np.mean([each[key] for each in by_seed])) for key in by_seed[0]}
+    if given.json:
+        print(json.dumps(figures))
+        return
+    print("\n| figure | value | least and most of the seeds |\n|---|---|---|")
+    for key, value in figures.items():
+        own = [each[key] for each in by_seed]
+        print(f"| `{key}` | {value:.4g} | {min(own):.4g}, {max(own):.4g} |")
+
+
+def measure(
+    data: Path, seed: int, aligners: Sequence[str], members: dict[str, str],
+    segmenter: ClickSegmenter,
+) -> tuple[dict[str, dict[str, Scores]], list[float], list[Trial]]:  # fmt: skip
+    """Return scores by set and aligner, the best IoU of each object's proposals, and the clicks."""
     scores: dict[str, dict[str, Scores]] = {}
     covered: list[float] = []
     trials: list[Trial] = []
     with tempfile.TemporaryDirectory() as place:
-        for name, folders in write_sets(given.data, Path(place), given.seed).items():
+        for name, folders in write_sets(data, Path(place), seed).items():
             db = Path(place) / f"{name}.db"
             with Store(db, create=True) as store:
                 open_set(store, folders, name)
@@ -213,11 +232,7 @@ def main() -> None:
                 scores[name] = {aligner: score_run(store, runs[aligner]) for aligner in aligners}
                 covered += coverage(store, runs[aligners[0]])
             trials += run_trials(segmenter, db, 1, LEAST_PX)
-    figures = figures_of(scores, covered, trials, aligners[0])
-    if given.json:
-        print(json.dumps(figures))
-    else:
-        show(scores, figures, trials)
+    return scores, covered, trials
 
 
 if __name__ == "__main__":
