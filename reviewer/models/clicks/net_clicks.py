@@ -1,13 +1,14 @@
 """The shipped click net as a click segmenter: change-aware, made for things of 6 to 200 pixels.
 
 A first click is looked at in windows of several sizes, and the best rated masks a second time, in a
-window that fits them. A later click is looked at once, around the mask that it corrects.
+window that fits them; what most of the looks agree on is the answer. A later click is looked at in
+windows a little narrower and wider than the mask that it corrects needs, and their mean is taken.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -16,7 +17,14 @@ from torch import nn
 from torch.nn.utils.fusion import fuse_conv_bn_eval
 
 from reviewer.masks import Mask, intersection_over_union
-from reviewer.models.clicks.windows import Sight, Square, corrected, look, square_around
+from reviewer.models.clicks.windows import (
+    Sight,
+    Square,
+    corrected,
+    look,
+    placed_back,
+    square_around,
+)
 from reviewer.models.device import check_recorded, fingerprint
 from reviewer.models.interfaces import Candidate, Click, Embedding, Field, Image, Prompt
 from reviewer.models.nets.click_net import ClickNet
@@ -26,6 +34,7 @@ NAME = "click-net"
 FIRST_LOOKS = (36.0, 80.0, 176.0, 384.0)
 """Sides of the windows of a first click, when nothing is known of the thing's size."""
 SECOND_LOOKS = 2
+NARROWER_AND_WIDER = (0.82, 1.0, 1.3)
 MOST_CANDIDATES = 3
 ALIKE = 0.93
 CUT_OFF = 0.06
@@ -106,8 +115,7 @@ class NetClicks:
         if previous is None or not previous.any():
             found = self._first(embedding, clicks)
         else:
-            square = square_around(previous, clicks)
-            found = self._look(embedding, [(square, previous)], clicks)
+            found = [self._corrected(embedding, previous, clicks)]
         if prompt.box_xyxy is not None:
             found = [_Seen(seen.mask & _box(prompt.box_xyxy, shape), seen.score) for seen in found]
         return _ranked(found, prompt.clicks)
@@ -122,27 +130,66 @@ class NetClicks:
         ]
         best = sorted((s for s in whole if s.mask.any()), key=lambda s: -s.score)[:SECOND_LOOKS]
         again = [(square_around(s.mask, clicks), s.mask) for s in best]
-        return whole + (self._look(embedding, again, clicks) if again else [])
+        seen = whole + (self._look(embedding, again, clicks) if again else [])
+        return _agreed(seen)
+
+    def _corrected(self, embedding: Embedding, before: Mask, clicks: Sequence[Click]) -> _Seen:
+        around = square_around(before, clicks)
+        squares = [replace(around, side=around.side * share) for share in NARROWER_AND_WIDER]
+        sight = Sight(**embedding)
+        probabilities, ratings = self._ask([look(sight, s, clicks, before) for s in squares])
+        total, looks = np.zeros(before.shape, np.float32), np.zeros(before.shape, np.float32)
+        for square, probability in zip(squares, probabilities, strict=True):
+            found, covered = placed_back(probability, square, (before.shape[0], before.shape[1]))
+            total += found
+            looks += covered
+        mask = np.where(looks > 0, total > 0.5 * looks, before)
+        return _Seen(mask, float(np.mean(ratings)))
+
+    def _ask(self, windows: Sequence[Field]) -> tuple[Field, list[float]]:
+        """Return probabilities (N, 96, 96) and guessed IoUs."""
+        with torch.inference_mode():
+            logits, rating = self.net(
+                torch.from_numpy(np.stack(windows)).to(memory_format=torch.channels_last)
+            )
+        return torch.sigmoid(logits).numpy(), torch.sigmoid(rating).tolist()
 
     def _look(
         self, embedding: Embedding, squares: Sequence[tuple[Square, Mask | None]],
         clicks: Sequence[Click],
     ) -> list[_Seen]:  # fmt: skip
         sight = Sight(**embedding)
-        windows = np.stack([look(sight, square, clicks, before) for square, before in squares])
-        with torch.inference_mode():
-            logits, rating = self.net(
-                torch.from_numpy(windows).to(memory_format=torch.channels_last)
-            )
-        probabilities = torch.sigmoid(logits).numpy()
+        probabilities, ratings = self._ask(
+            [look(sight, square, clicks, before) for square, before in squares]
+        )
         found = []
         for (square, before), probability, rated in zip(
-            squares, probabilities, torch.sigmoid(rating).tolist(), strict=True
+            squares, probabilities, ratings, strict=True
         ):
             nothing = np.zeros(sight.confidence.shape, np.bool_)
             mask = corrected(nothing if before is None else before, probability, square)
             found.append(_Seen(mask, rated))
         return found
+
+
+def _agreed(seen: Sequence[_Seen]) -> list[_Seen]:
+    """Put what the looks agree on first; rated as the look that it is most like, or better.
+
+    The guessed IoU of one look says little (it correlates weakly with the true one); that several
+    windows give the same mask says more.
+    """
+    looks = [s for s in seen if s.mask.any()]
+    if len(looks) < 2:
+        return list(seen)
+    alike = np.array([[intersection_over_union(a.mask, b.mask) for b in looks] for a in looks])
+    weights = ((alike.sum(axis=1) - 1) / (len(looks) - 1)) ** 2
+    if not weights.any():
+        return list(seen)
+    votes = sum(w * s.mask for w, s in zip(weights, looks, strict=True)) / weights.sum()
+    agreed = np.asarray(votes > 0.5)
+    if not agreed.any():
+        agreed = looks[int(weights.argmax())].mask
+    return [_Seen(agreed, max(s.score for s in seen)), *seen]
 
 
 def _is_cut(mask: Mask, square: Square) -> bool:

@@ -14,10 +14,11 @@ from reviewer.models.clicks import net_clicks
 from reviewer.models.clicks.net_clicks import (
     FIRST_LOOKS,
     MOST_CANDIDATES,
+    NARROWER_AND_WIDER,
     SECOND_LOOKS,
     NetClicks,
 )
-from reviewer.models.clicks.windows import LEAST_SIDE_PX, square_around
+from reviewer.models.clicks.windows import LEAST_SIDE_PX, placed_back, square_around
 from reviewer.models.interfaces import Click, Prompt
 from reviewer.models.nets.click_net import SIDE, ClickNet
 from reviewer.models.nets.small import load_small, save_small
@@ -102,13 +103,50 @@ def test_a_mask_that_is_cut_by_its_window_is_rated_lower(segmenter, scene, looks
     assert intersection_over_union(found[0].mask, best) > 0.9
 
 
-def test_a_later_click_is_looked_at_once_around_mask_and_clicks(segmenter, scene, squares, looks):
+def test_a_later_click_is_looked_at_a_little_narrower_and_wider_around_mask_and_clicks(
+    segmenter, scene, squares, looks
+):
     live, past, block = scene
     clicks = (Click(75, 52), Click(20, 100, False))
     segmenter.predict(segmenter.embed(live, past), Prompt(clicks, previous=block))
-    assert squares == [square_around(block, clicks)]
-    (window,) = looks.windows[0]
-    assert window[10].any() and window[11].any() and window[12].any()
+    around = square_around(block, clicks)
+    assert squares == [replace(around, side=around.side * k) for k in NARROWER_AND_WIDER]
+    (windows,) = looks.windows
+    for window in windows:
+        assert window[10].any() and window[11].any() and window[12].any()
+
+
+def test_a_correction_is_what_its_windows_find_on_average(segmenter, scene, monkeypatch):
+    live, past, block = scene
+    shares = iter([0.1, 0.6, 0.9])
+    monkeypatch.setattr(
+        segmenter.net, "forward",
+        lambda windows: (
+            torch.logit(torch.stack([torch.full((SIDE, SIDE), next(shares)) for _ in windows])),
+            torch.full((len(windows),), 0.3),
+        ),
+    )  # fmt: skip
+    (found,) = segmenter.predict(segmenter.embed(live, past), Prompt((Click(75, 52),), None, block))
+    _, narrow = placed_back(np.ones((SIDE, SIDE), np.float32), squares_of(block)[0], block.shape)
+    assert found.mask[narrow].all()
+    assert found.score == pytest.approx(torch.sigmoid(torch.tensor(0.3)).item())
+
+
+def squares_of(mask):
+    """The windows of a correction of a mask by a click in its middle."""
+    around = square_around(mask, [Click(75, 52)])
+    return [replace(around, side=around.side * share) for share in NARROWER_AND_WIDER]
+
+
+def test_what_most_first_looks_agree_on_comes_before_a_higher_rated_one(segmenter, scene, looks):
+    live, past, block = scene
+    far = live.copy()
+    # Only the widest look sees this as well.
+    far[5:15, 150:170] = (250, 20, 20)
+    looks.ratings = torch.tensor([0.0, 0.0, 0.0, 9.0])
+    found = segmenter.predict(segmenter.embed(far, past), Prompt((Click(75, 52),)))
+    assert intersection_over_union(found[0].mask, block) > 0.9
+    assert not found[0].mask[5:15, 150:170].any()
 
 
 def test_a_correction_keeps_the_mask_outside_its_window(segmenter, scene, monkeypatch):
@@ -139,7 +177,7 @@ def test_a_box_is_kept_to_and_stands_for_a_click_in_its_middle(segmenter, scene,
     rows, columns = np.nonzero(found[0].mask)
     assert columns.min() >= 55 and columns.max() < 80 and rows.min() >= 36 and rows.max() < 70
     assert intersection_over_union(found[0].mask, block & (np.arange(WIDTH) < 80)) > 0.9
-    (square,) = squares
+    _, square, _ = squares
     assert (square.x, square.y) == pytest.approx((67.5, 53), abs=1)
     (window,) = looks.windows[0]
     # An ellipse in the box, in a window that is looser than the box.
@@ -196,7 +234,7 @@ def test_a_tiny_mask_is_looked_at_in_a_window_of_some_size(segmenter, scene, squ
     dot = np.zeros_like(block)
     dot[50, 70] = True
     segmenter.predict(segmenter.embed(live, past), Prompt((Click(70.5, 50.5),), previous=dot))
-    assert squares[0].side == LEAST_SIDE_PX
+    assert squares[1].side == LEAST_SIDE_PX
 
 
 @pytest.fixture(scope="module")
