@@ -8,12 +8,13 @@ stays the same while its run does, so the tool logs of a pair's revisions tell w
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
+from reviewer.editing.ranking import Evidence, Proposal, rank
 from reviewer.masks import Crop, Mask, Rle, components, decode_rle, encode_rle
+from reviewer.pipeline.fields import load_probability
 from reviewer.pipeline.stored import live_masks, region_pixels
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
@@ -24,34 +25,15 @@ from reviewer.words import ProposalSource
 
 LEAST_PX = 4
 SLIVER_PX = 3
-
-
-@dataclass(frozen=True, slots=True)
-class Proposal:
-    """A mask that is proposed.
-
-    Attributes:
-        key: "run id/source/number".
-        score: what its source says of it, in [0, 1]; None where it says nothing.
-        region_id: the region under DoI that it is.
-        outcome: what a person did with it last, as the tool log names it; None for nothing.
-    """
-
-    key: str
-    source: ProposalSource
-    run: str
-    number: int
-    label: str
-    score: float | None
-    region_id: int | None
-    mask: Rle
-    outcome: str | None
+DISAGREEMENTS: tuple[ProposalSource, ...] = ("missed", "extra")
 
 
 def list_proposals(
     store: Store, pair: Pair, run: Run, sources: Iterable[ProposalSource]
 ) -> list[Proposal]:
-    """Return the proposals of a run for a pair, source by source, largest score first.
+    """Return the proposals of a run for a pair, the likeliest change first (see `ranking`).
+
+    Disagreements come as they are, those of the prediction first, the largest first.
 
     Sources: "prediction" are the components of the final mask; "missed" is what the prediction has
     and the ground truth has not, "extra" the other way round, both without slivers at the borders.
@@ -66,7 +48,26 @@ def list_proposals(
                     key, source, run.name, number, label, score, region_id, mask, outcomes.get(key)
                 )
             )
-    return found
+    plain = [proposal for proposal in found if proposal.source in DISAGREEMENTS]
+    others = [proposal for proposal in found if proposal.source not in DISAGREEMENTS]
+    return [*rank(others, _evidence(store, pair, run)), *plain] if others else plain
+
+
+def _evidence(store: Store, pair: Pair, run: Run) -> Evidence:
+    shape = pair.live.height, pair.live.width
+    final = load_final_mask(store, run.id, pair.id)
+    detection = load_detection(store, run.id, pair.id)
+    probability = None if detection is None else load_probability(detection)
+    if probability is None:
+        mask = np.zeros(shape, np.bool_) if detection is None else decode_rle(detection.mask)
+        probability = mask.astype(np.float32)
+    regions = load_regions(store, run.id, pair.id)
+    return Evidence(
+        np.zeros(shape, np.bool_) if final is None else decode_rle(final),
+        probability,
+        frozenset(r.id for r in regions if r.outcome == "adopt"),
+        frozenset(r.id for r in regions if r.region.reason == "seen_in_reference"),
+    )
 
 
 def outcomes_of(store: Store, pair_id: int) -> dict[str, str]:
@@ -74,13 +75,17 @@ def outcomes_of(store: Store, pair_id: int) -> dict[str, str]:
     outcomes: dict[str, list[str]] = {}
     for action in list_actions(store, pair_id):
         key, tool = action.get("proposal"), action.get("tool")
-        if not isinstance(key, str) or not isinstance(tool, str):
+        keys = action.get("proposals") or [key]
+        if not isinstance(tool, str) or not isinstance(keys, list):
             continue
-        done = outcomes.setdefault(key, [])
-        if tool != "undo":
-            done.append(str(action.get("of", tool)))
-        elif done:
-            done.pop()
+        for each in keys:
+            if not isinstance(each, str):
+                continue
+            done = outcomes.setdefault(each, [])
+            if tool != "undo":
+                done.append(str(action.get("of", tool)))
+            elif done:
+                done.pop()
     return {key: done[-1] for key, done in outcomes.items() if done}
 
 

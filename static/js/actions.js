@@ -79,6 +79,7 @@ export function actionsOf({ state, session, side, modes, looking }) {
     ...Object.fromEntries(Object.keys(CLEANUPS).map((name) => [name, () => cleanUp(name)])),
     ...Object.fromEntries(["add", "subtract", "replace", "ill-posed"].map((way) => [way, () => session.apply(way)])),
     "reject-proposal": () => session.apply("reject"),
+    "reject-rest": () => session.rejectRest(),
     target: () => {
       hand.complete();
       state.change({ target: state.target === "mask" ? "ignore" : "mask" });

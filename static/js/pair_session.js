@@ -121,13 +121,24 @@ export class PairSession {
     const { pair, proposal } = state;
     if (!pair || !proposal) return parts.notice("Select a proposal first: press Tab.");
     if (!this.editable || hand.busy) return;
+    if (way === "reject") return document.reject([proposal]);
     const action = { tool: way, proposal: proposal.key };
     const layer = way === "ill-posed" ? "ignore" : "mask";
     const { data } = decode(proposal.counts, pair.width, pair.height);
-    const changed = way !== "reject" && document.put(layer, way, data, action);
     // What was judged and changed nothing is still worth remembering.
-    if (!changed) document.save(action, layer, null);
-    state.judge(proposal, way);
+    if (!document.put(layer, way, data, action)) document.save(action, layer, null);
+    state.judge([proposal], way);
+  }
+
+  /** Reject all proposals of the list that nobody has decided on. */
+  rejectRest() {
+    const { document, hand, parts, state } = this;
+    if (!state.pair || !this.editable || hand.busy) return;
+    const { undecided } = state;
+    if (!undecided.length) return parts.notice("Every proposal of the list is decided.");
+    document.reject(undecided);
+    const count = undecided.length;
+    parts.notice(`${count} proposal${count > 1 ? "s" : ""} rejected (${parts.shown("undo")} takes that back).`);
   }
 
   /** The store has a mask. @param {number} id @param {number} revision */

@@ -172,9 +172,9 @@ export class State extends News {
     this.tell("saved");
   }
 
-  /** @param {Proposal} proposal @param {string} outcome what was made of it */
-  judge(proposal, outcome) {
-    proposal.outcome = outcome;
+  /** @param {Proposal[]} proposals @param {string} outcome what was made of them */
+  judge(proposals, outcome) {
+    for (const proposal of proposals) proposal.outcome = outcome;
     this.tell("pair", false);
   }
 
@@ -290,6 +290,12 @@ export class State extends News {
   /** @returns {Proposal | null} */
   get proposal() {
     return this.proposals.find((proposal) => proposal.key === this.selected) ?? null;
+  }
+
+  /** The proposals that nobody has decided on: nothing was made of them, and no verdict is given. */
+  get undecided() {
+    const judged = new Set(this.regions.filter(({ verdict }) => verdict).map(({ id }) => id));
+    return this.proposals.filter(({ outcome, region_id: id }) => !outcome && !(id && judged.has(id)));
   }
 
   /** The region under DoI that is selected. @returns {Region | null} */

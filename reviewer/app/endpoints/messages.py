@@ -117,7 +117,8 @@ class RegionInfo(Message):
 
 
 class ProposalInfo(Message):
-    """A proposed mask as COCO run-lengths of the live image's size, and what became of it."""
+    """A proposed mask as COCO run-lengths of the live image's size, and what became of it; `also`
+    names the sources that propose nearly the same, `likelihood` orders the list."""
 
     key: str
     source: ProposalSource
@@ -130,6 +131,8 @@ class ProposalInfo(Message):
     box_xyxy: tuple[int, int, int, int]
     counts: str
     outcome: str | None
+    likelihood: float
+    also: list[ProposalSource]
 
 
 class DoubtfulRegionInfo(Message):
