@@ -1,4 +1,4 @@
-"""Are proposals in the right order, and what do candidates add? On a demo world or real photographs.
+"""Are proposals in the right order, and what do candidates add? Demo worlds or photographs.
 
     python benchmarks/proposals.py [--db DATABASE] [--run NAME] [--json]
 

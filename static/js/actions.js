@@ -2,7 +2,7 @@
  * What keys and buttons do: one function for each action of the key table.
  * @typedef {{state: import("./state.js").State, session: import("./pair_session.js").PairSession,
  *   side: import("./side.js").Side, modes: import("./modes.js").Modes,
- *   looking: import("./looking.js").Looking}} Parts
+ *   looking: import("./looking.js").Looking, jump: import("./panels/jump.js").Jump}} Parts
  */
 import { dropSpecks, fillHoles, grow, keepComponent, shrink, smooth } from "./cleanup.js";
 import { $, attempt, notice } from "./chrome.js";
@@ -22,7 +22,7 @@ export const CLEANUPS = {
 };
 
 /** @param {Parts} parts @returns {Record<string, (down: boolean) => unknown>} */
-export function actionsOf({ state, session, side, modes, looking }) {
+export function actionsOf({ state, session, side, modes, looking, jump }) {
   const { hand } = session;
 
   /** @param {"radius" | "opacity" | "brightness" | "contrast"} name @param {number} value
@@ -121,6 +121,7 @@ export function actionsOf({ state, session, side, modes, looking }) {
     skip: () => modes.skip(),
     reopen: () => state.pair?.state === "skipped" ? modes.takeUp(state.pair.id) : session.setState("in_progress"),
     next: () => modes.step(1),
+    jump: () => jump.open(),
     previous: () => modes.step(-1),
     side: turn,
     mode: () => modes.change(MODES[(MODES.indexOf(state.mode) + 1) % MODES.length]),

@@ -1,7 +1,7 @@
 /**
  * Talk to the gateway: JSON over HTTP, and the desk's WebSocket. Knows URLs and errors, no state.
  * @import {ClickChange, ClickReply, Committed, DoubtfulRegionInfo, EdgePath, FromFrame, JudgedPair, LivePoint,
- *   MaskChange, MaskReply, Me, PairDetail, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateChange,
+ *   MaskChange, MaskReply, Me, PairDetail, PairPage, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateChange,
  *   StateReply, ToFrame, VerdictChange} from "./wire.js"
  */
 
@@ -44,6 +44,9 @@ export const api = {
   runs: () => call("/api/runs"),
   /** @param {number} id @param {string | null} run @returns {Promise<PairDetail>} */
   pair: (id, run) => call(`/api/pairs/${id}${run ? `?run=${encodeURIComponent(run)}` : ""}`),
+  /** @param {string} search words @param {string | null} run @param {number} limit
+   * @returns {Promise<PairPage>} */
+  findPairs: (search, run, limit) => call(`/api/pairs?${new URLSearchParams({ search, limit: String(limit), ...(run ? { run } : {}) })}`),
   /** @param {number} id @returns {Promise<MaskReply>} */
   mask: (id) => call(`/api/pairs/${id}/mask`, { headers: { Accept: "application/json" } }),
   /** @param {number} id @param {number} revision @param {MaskChange} change

@@ -73,6 +73,7 @@ export const KEYS = [
   { key: "o", action: "reopen", title: "Reopen a finished pair", group: "Pair" },
   { key: "ArrowRight", action: "next", title: "Next pair (audit: next region)", group: "Pair" },
   { key: "ArrowLeft", action: "previous", title: "Previous pair (audit: previous region)", group: "Pair" },
+  { key: "Ctrl+g", action: "jump", title: "Go to a pair: split/number, or words", group: "Pair" },
   { key: "t", action: "side", title: "Proposals or history", group: "Pair" },
   { key: "w", action: "mode", title: "Next mode: correct, blind first, audit", group: "Pair" },
   { key: "Shift+l", action: "theme", title: "Dark or light", group: "Look" },

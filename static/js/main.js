@@ -3,7 +3,7 @@
  */
 import { actionsOf } from "./actions.js";
 import { api } from "./api.js";
-import { $, attempt, notice, showFacts, showHeader, showSettings, waiting } from "./chrome.js";
+import { $, attempt, notice, showFacts, showHeader, showSettings, STATES, waiting } from "./chrome.js";
 import { titleButtons, wireButtons, wireKeys } from "./controls.js";
 import { DeskLink } from "./desk_link.js";
 import { fillFields, wireFields } from "./fields.js";
@@ -14,6 +14,7 @@ import { Looking } from "./looking.js";
 import { remember, rememberRevealed, restore } from "./memory.js";
 import { Modes } from "./modes.js";
 import { overlaysOf } from "./overlays.js";
+import { Jump } from "./panels/jump.js";
 import { PairSession } from "./pair_session.js";
 import { Panes } from "./panes.js";
 import { listen } from "./pointer.js";
@@ -59,7 +60,10 @@ state.watch(() => view.ask());
 
 const side = new Side(state, session, overlays, looking, shown);
 const modes = new Modes(state, session, side, { shown, open: (id, run) => link.open(id, run), next: (by) => link.next(by) });
-const actions = actionsOf({ state, session, side, modes, looking });
+const jump = new Jump({ states: STATES, wrong: (error) => notice(String(error), true),
+  find: async (words, most) => (await api.findPairs(words, state.run, most)).pairs,
+  open: (id) => link.open(id, state.run) });
+const actions = actionsOf({ state, session, side, modes, looking, jump });
 const around = new Surroundings(sessionStorage);
 const link = new DeskLink(state, session, around, {
   here: () => { standing.joined(); saver.retry(); },

@@ -180,6 +180,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
             state=query.state,
             team=query.team,
             order=query.order,
+            search=query.search,
             limit=query.limit,
             offset=query.offset,
         )

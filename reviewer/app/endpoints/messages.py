@@ -324,12 +324,13 @@ class RevisionInfo(Message):
 
 
 class QueueQuery(Message):
-    """Filters and order of the queue."""
+    """Filters and order of the queue; `search` are words of "split/name" or of objects' labels."""
 
     split: Key | None = None
     state: PairState | None = None
     team: TeamState | None = None
     order: QueueOrder = "name"
+    search: Word = ""
     run: Key | None = None
     limit: Annotated[int, Field(ge=1, le=5000)] = 100
     offset: Annotated[int, Field(ge=0, le=10_000_000)] = 0
