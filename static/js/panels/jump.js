@@ -64,18 +64,16 @@ export class Jump {
 
   /** @param {KeyboardEvent} event */
   async key(event) {
-    const by = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (by && this.found.length) {
-      event.preventDefault();
-      this.place = (this.place + by + this.found.length) % this.found.length;
-      this.draw();
-    } else if (event.key === "Enter") {
-      event.preventDefault();
-      // Who types fast means what is typed, not what was found before.
-      if (this.timer) this.look();
-      await this.looking;
-      this.go(this.found[this.place]);
-    }
+    const by = { ArrowDown: 1, ArrowUp: -1 }[event.key] ?? 0;
+    if (!by && event.key !== "Enter") return;
+    event.preventDefault();
+    // Who types fast means what is typed, not what was found before.
+    if (this.timer) this.look();
+    await this.looking;
+    const count = this.found.length;
+    if (!by) return this.go(this.found[this.place]);
+    this.place = count && (this.place + by + count) % count;
+    this.draw();
   }
 
   /** @param {Found | undefined} pair */
