@@ -81,6 +81,7 @@ SCRIPT_FLOORS = {
         "keys",
         "merging",
         "news",
+        "outline",
         "page",
         "proposals",
         "raster",

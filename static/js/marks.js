@@ -71,11 +71,13 @@ function drawCross(context, { x, y }, scale) {
 }
 
 /** Dark under light, so that a line shows on every picture.
- * @param {CanvasRenderingContext2D} context @param {number} scale */
-export function strokeTwice(context, scale) {
-  for (const [width, colour] of /** @type {const} */ ([[3, "rgba(0,0,0,.55)"], [1.3, "#fff"]])) {
-    context.lineWidth = width / scale;
-    context.strokeStyle = colour;
-    context.stroke();
+ * @param {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} context @param {number} scale
+ * @param {{path: Path2D, colour: string}} [line] in place of the context's path, in white */
+export function strokeTwice(context, scale, line) {
+  for (const [width, colour] of [[3, "rgba(0,0,0,.55)"], [1.3, line?.colour ?? "#fff"]]) {
+    context.lineWidth = Number(width) / scale;
+    context.strokeStyle = String(colour);
+    if (line) context.stroke(line.path);
+    else context.stroke();
   }
 }

@@ -11,6 +11,8 @@ import { drawMarks, strokeTwice } from "./marks.js";
 
 const BLINK_MS = 320;
 const CALM_MS = 140;
+/** How opaque a suggestion is on a mask alone. */
+const SUGGESTED = 0.6;
 
 export class View {
   /** @param {State} state @param {import("./panes.js").Panes} panes
@@ -117,7 +119,7 @@ export class View {
    * @param {readonly [number, number, number, number, number, number]} place */
   still(item, layer, ground, place) {
     const { state } = this;
-    const key = [item.ground.key, this.versions, state.outline, state.hidden, Boolean(state.candidate), layer.mask].join();
+    const key = [item.ground.key, this.versions, state.outline, state.hidden, layer.mask].join();
     const { canvas } = item.still;
     if (item.still.key === key) return canvas;
     item.still.key = key;
@@ -179,18 +181,30 @@ export class View {
   drawMasks(context, kind, rough) {
     const { state, masks } = this;
     const alone = kind === "alone" ? masks.mask.alone : kind === "ignore" ? masks.ignore.alone : null;
-    if (alone) return void context.drawImage(alone, 0, 0);
+    if (alone) context.drawImage(alone, 0, 0);
     if (state.hidden) return;
-    if (masks.ignore.filled) this.drawMask(context, masks.ignore, kind === "fill", rough);
-    this.drawMask(context, masks.mask, kind === "fill" && !state.outline, rough);
-    // From close by, the rim of a thin region would hide what it is about.
-    if (masks.proposal.filled) this.drawMask(context, masks.proposal, false, rough, state.view.scale > 3 ? 0.4 : 0.85);
-    if (masks.candidate.filled) this.drawMask(context, masks.candidate, Boolean(state.candidate), rough);
+    if (!alone) {
+      if (masks.ignore.filled) this.drawMask(context, masks.ignore, kind === "fill", rough);
+      this.drawMask(context, masks.mask, kind === "fill" && !state.outline, rough);
+    }
+    for (const mask of [masks.proposal, masks.candidate]) if (mask.filled) this.drawSuggested(context, mask, Boolean(alone));
   }
 
-  /** @param {Context} context @param {MaskView} mask @param {boolean} filled @param {boolean} rough
-   * @param {number} [rim] how opaque the rim is */
-  drawMask(context, mask, filled, rough, rim = 0.85) {
+  /** What is suggested hides nothing of a picture: it is outlined there, and filled on masks alone.
+   * @param {Context} context @param {MaskView} mask @param {boolean} filled */
+  drawSuggested(context, mask, filled) {
+    const { box, colour: [red, green, blue], outline } = mask;
+    if (!box) return;
+    if (filled) {
+      context.globalAlpha = SUGGESTED;
+      context.drawImage(mask.fill, 0, 0);
+      context.globalAlpha = 1;
+    }
+    strokeTwice(context, this.state.view.scale, { path: outline, colour: `rgb(${red}, ${green}, ${blue})` });
+  }
+
+  /** @param {Context} context @param {MaskView} mask @param {boolean} filled @param {boolean} rough */
+  drawMask(context, mask, filled, rough) {
     const { state } = this;
     if (!mask.box) return;
     const { x0, y0, x1, y1 } = mask.box;
@@ -200,7 +214,7 @@ export class View {
       context.globalAlpha = state.opacity;
       context.drawImage(mask.fill, ...part);
     }
-    context.globalAlpha = filled ? 1 : rim;
+    context.globalAlpha = filled ? 1 : 0.85;
     // A line of one pixel breaks up or fades when it is scaled down: smoothed well and drawn again it
     // stays whole. Too slow while something changes.
     context.imageSmoothingQuality = rough ? "low" : "high";
