@@ -3,8 +3,10 @@
     python benchmarks/proposals.py [--db DATABASE] [--run NAME] [--json]
 
 A hit is a proposal with an IoU of at least 0.5 with a changed object (of 12 px and more). Figures a
-pair: the rank of the first hit, precision among the first k, how many proposals are listed; for the
-order of today, and for the order in which the sources tell them.
+pair: the rank of the first hit, precision among the first k, how many proposals are listed; for
+the order of today, and for the order in which the sources tell them. For the candidates: of the
+changed objects that nothing else covers (no proposal with an IoU of 0.5, and less than half of the
+pixels), how many one of the first 5 points at (its middle lies within 2 px) or outlines (IoU 0.5).
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from browser import DEMO
 from objects import objects_of
 
 from reviewer.editing.proposals import list_proposals
-from reviewer.masks import Mask, decode_rle, intersection_over_union
+from reviewer.masks import Mask, decode_rle, depth, dilate, intersection_over_union, union
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import list_pairs
@@ -29,9 +31,11 @@ from reviewer.store.truth import truth_of_pair
 from reviewer.words import ProposalSource
 
 LEAST_PX = 12
+SMALLEST_PX = 6
 HIT = 0.5
 DEPTHS = (1, 3, 5)
 SOURCES: tuple[ProposalSource, ...] = ("region", "detector", "object_live", "object_reference")
+KNOWN: tuple[ProposalSource, ...] = (*SOURCES, "prediction")
 
 
 @dataclass(slots=True)
@@ -60,10 +64,10 @@ class Order:
         }
 
 
-def things_of(store: Store, pair: Pair) -> list[Mask]:
+def things_of(store: Store, pair: Pair, least: int = LEAST_PX) -> list[Mask]:
     """Return the changed objects of a pair."""
     truth = truth_of_pair(store, pair.id)
-    return [] if truth is None else objects_of(decode_rle(truth.mask), LEAST_PX)
+    return [] if truth is None else objects_of(decode_rle(truth.mask), least)
 
 
 def measure_order(store: Store, run: Run) -> dict[str, float]:
@@ -87,6 +91,39 @@ def measure_order(store: Store, run: Run) -> dict[str, float]:
     }
 
 
+def measure_candidates(store: Store, run: Run) -> dict[str, float]:
+    """Count the objects that only a candidate tells of."""
+    missed, pointed, outlined, listed, seconds = 0, 0, 0, [], []
+    for pair in list_pairs(store):
+        known = [decode_rle(p.mask) for p in list_proposals(store, pair, run, KNOWN)]
+        begun = time.perf_counter()
+        found = [decode_rle(p.mask) for p in list_proposals(store, pair, run, ["candidate"])]
+        seconds.append(time.perf_counter() - begun)
+        listed.append(len(found))
+        covered = union(known, pair.live.height, pair.live.width)
+        for thing in things_of(store, pair, SMALLEST_PX):
+            best = max((intersection_over_union(mask, thing) for mask in known), default=0.0)
+            if best >= HIT or 2 * np.count_nonzero(covered & thing) >= np.count_nonzero(thing):
+                continue
+            missed += 1
+            near = dilate(thing, size_px=5)
+            pointed += any(near[middle(mask)] for mask in found)
+            outlined += any(intersection_over_union(mask, thing) >= HIT for mask in found)
+    return {
+        "nothing_covers": missed,
+        "candidates_point_at": pointed,
+        "candidates_outline": outlined,
+        "candidates_listed": float(np.mean(listed)),
+        "candidates_ms": 1e3 * float(np.mean(seconds)),
+    }
+
+
+def middle(mask: Mask) -> tuple[int, int]:
+    """Return row and column of a mask's deepest pixel."""
+    row, column = np.unravel_index(int(depth(mask).argmax()), mask.shape)
+    return int(row), int(column)
+
+
 def told_by(store: Store, pair: Pair, run: Run, source: ProposalSource) -> list:
     """Return the proposals of one source as it numbers them."""
     return sorted(list_proposals(store, pair, run, [source]), key=lambda proposal: proposal.number)
@@ -100,7 +137,8 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="one JSON object")
     given = parser.parse_args()
     with Store(given.db) as store:
-        figures = measure_order(store, run_or_newest(store, given.run))
+        run = run_or_newest(store, given.run)
+        figures = measure_order(store, run) | measure_candidates(store, run)
     if given.json:
         print(json.dumps(figures))
         return

@@ -1,30 +1,44 @@
 """Proposals: every mask that somebody or something suggests for a pair, as one list.
 
-Sources are DoI regions, components of M_o, objects found on both images, the prediction of another
-run, and, once a person has drawn, where the person and the prediction disagree. A proposal's key
-stays the same while its run does, so the tool logs of a pair's revisions tell what became of it.
+Sources are DoI regions, components of M_o, objects found on both images, candidates that none of
+these covers, the prediction of another run, and, once a person has drawn, where the person and the
+prediction disagree. A proposal's key stays the same while its run does, so the tool logs of a
+pair's revisions tell what became of it.
 """
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Iterable, Sequence
+from threading import Lock
 
 import cv2
 import numpy as np
 
+from reviewer.dataset.pictures import read_picture
+from reviewer.editing.candidates import find_candidates
 from reviewer.editing.ranking import Evidence, Proposal, rank
-from reviewer.masks import Crop, Mask, Rle, components, decode_rle, encode_rle
+from reviewer.masks import Crop, Mask, Rle, components, decode_rle, encode_rle, merge_rles
 from reviewer.pipeline.fields import load_probability
-from reviewer.pipeline.stored import live_masks, region_pixels
+from reviewer.pipeline.stored import live_masks, region_pixels, warped_view
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_detection, load_objects
 from reviewer.store.regions import load_final_mask, load_regions
 from reviewer.store.revisions import list_actions, newest_revision
+from reviewer.store.stages_done import pair_overview
 from reviewer.words import ProposalSource
+
+_Found = tuple[str, float | None, int | None, Rle]
 
 LEAST_PX = 4
 SLIVER_PX = 3
+LARGEST_COVER = 0.25
+COVERING: tuple[ProposalSource, ...] = ("region", "detector", "object_live", "object_reference")
+MOST_KEPT = 64
+FOUND_BEFORE: OrderedDict[tuple[object, ...], list[_Found]] = OrderedDict()
+"""Candidates found last: they are looked for in the pixels, and a pair is opened more than once."""
+ONE_AT_A_TIME = Lock()
 DISAGREEMENTS: tuple[ProposalSource, ...] = ("missed", "extra")
 
 
@@ -35,7 +49,8 @@ def list_proposals(
 
     Disagreements come as they are, those of the prediction first, the largest first.
 
-    Sources: "prediction" are the components of the final mask; "missed" is what the prediction has
+    Sources: "candidate" is what looks changed and no other source covers (see `candidates`);
+    "prediction" are the components of the final mask; "missed" is what the prediction has
     and the ground truth has not, "extra" the other way round, both without slivers at the borders.
     """
     outcomes = outcomes_of(store, pair.id)
@@ -89,9 +104,6 @@ def outcomes_of(store: Store, pair_id: int) -> dict[str, str]:
     return {key: done[-1] for key, done in outcomes.items() if done}
 
 
-_Found = tuple[str, float | None, int | None, Rle]
-
-
 def _of(store: Store, pair: Pair, run: Run, source: ProposalSource) -> list[_Found]:
     if source == "region":
         return _regions(store, pair, run)
@@ -105,6 +117,8 @@ def _of(store: Store, pair: Pair, run: Run, source: ProposalSource) -> list[_Fou
             for thing in load_objects(store, run.id, pair.id)
             if thing.side == side
         ]
+    if source == "candidate":
+        return _candidates(store, pair, run)
     final = load_final_mask(store, run.id, pair.id)
     if final is None:
         return []
@@ -114,6 +128,30 @@ def _of(store: Store, pair: Pair, run: Run, source: ProposalSource) -> list[_Fou
     newest = newest_revision(store, pair.id)
     truth = np.zeros_like(predicted) if newest is None else decode_rle(newest.mask)
     return _parts(only_in(predicted, truth) if source == "missed" else only_in(truth, predicted))
+
+
+def _candidates(store: Store, pair: Pair, run: Run) -> list[_Found]:
+    seen = pair_overview(store, run.id, pair.id)
+    if not (seen.aligned and seen.integrated):
+        return []
+    key = (store.path, run.id, pair.id, seen.version)
+    with ONE_AT_A_TIME:
+        if key not in FOUND_BEFORE:
+            FOUND_BEFORE[key] = _look_for_candidates(store, pair, run)
+            while len(FOUND_BEFORE) > MOST_KEPT:
+                FOUND_BEFORE.popitem(last=False)
+        return FOUND_BEFORE[key]
+
+
+def _look_for_candidates(store: Store, pair: Pair, run: Run) -> list[_Found]:
+    warped, valid, confidence = warped_view(store, run, pair)
+    sure = valid.astype(np.float32) if confidence is None else np.where(valid, confidence, 0)
+    proposed = [mask for source in COVERING for _, _, _, mask in _of(store, pair, run, source)]
+    # What fills much of the picture covers no small thing in it.
+    small = [mask for mask in proposed if mask.area < LARGEST_COVER * valid.size]
+    covered = merge_rles(small, *valid.shape)
+    found = find_candidates(read_picture(pair.live), warped, np.asarray(sure, np.float32), covered)
+    return [("", strength, None, encode_rle(mask)) for strength, mask in found]
 
 
 def only_in(first: Mask, second: Mask) -> Mask:

@@ -22,6 +22,8 @@ AGREES = 0.5
 FIT, SUPPORT, AGREEMENT, CHOSEN = 0.5, 0.25, 0.15, 0.1
 SEEN_BEFORE = 0.4
 """Factor for what the reference shows at the same place."""
+CANDIDATE = 0.3
+"""What nothing else proposes stands behind what a run is rather sure of."""
 SMALL_PX = 12.0
 
 
@@ -70,7 +72,7 @@ def rank(proposals: Sequence[Proposal], evidence: Evidence) -> list[Proposal]:
     overlap = _overlaps(crops)
     rated = []
     for k, proposal in enumerate(proposals):
-        near = [j for j in np.flatnonzero(overlap[k] >= AGREES) if j != k]
+        near = [int(j) for j in np.flatnonzero(overlap[k] >= AGREES) if j != k]
         sources = {proposals[j].source for j in near} - {proposal.source}
         rated.append(
             replace(
@@ -90,6 +92,8 @@ def _likelihood(
 ) -> float:
     if crop is None:
         return 0.0
+    if proposal.source == "candidate":
+        return CANDIDATE * (proposal.score or 0.0)
     support = float(crop.window(evidence.probability)[crop.pixels].mean())
     agreement = min(len(sources), 2) / 2
     chosen = proposal.region_id in evidence.chosen

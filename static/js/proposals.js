@@ -30,6 +30,7 @@ export const SOURCES = {
   detector: { title: "Detector", sources: ["detector"] },
   object_live: { title: "Objects, live", sources: ["object_live"] },
   object_reference: { title: "Objects, reference", sources: ["object_reference"] },
+  candidate: { title: "Candidates nobody proposed", sources: ["candidate"] },
   disagreement: { title: "Disagreements", sources: ["missed", "extra"] },
-  all: { title: "All of this run", sources: ["region", "detector", "object_live", "object_reference"] },
+  all: { title: "All of this run", sources: ["region", "detector", "object_live", "object_reference", "candidate"] },
 };

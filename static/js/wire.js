@@ -136,11 +136,11 @@
  * A proposed mask as COCO run-lengths of the live image's size, and what became of it; `also`
  * names the sources that propose nearly the same, `likelihood` orders the list.
  * @typedef {{key: string,
- *   source: "region" | "detector" | "object_live" | "object_reference" | "prediction" | "missed" | "extra",
+ *   source: "region" | "detector" | "object_live" | "object_reference" | "candidate" | "prediction" | "missed" | "extra",
  *   run: string, number: number, label: string, score: number | null, region_id: number | null,
  *   area: number, box_xyxy: [number, number, number, number], counts: string, outcome: string | null,
  *   likelihood: number,
- *   also: ("region" | "detector" | "object_live" | "object_reference" | "prediction" | "missed" | "extra")[]}} ProposalInfo
+ *   also: ("region" | "detector" | "object_live" | "object_reference" | "candidate" | "prediction" | "missed" | "extra")[]}} ProposalInfo
  */
 /**
  * To the frame that has joined: who is signed in where, and what to show.
