@@ -117,6 +117,7 @@ SCRIPT_FLOORS = {
         "shell/",
         "standing",
         "surroundings",
+        "sweep",
         "view",
     ],
     "panels": ["actions", "fields", "modes", "panels/", "save_status", "side", "taking"],

@@ -2,7 +2,8 @@
  * What keys and buttons do: one function for each action of the key table.
  * @typedef {{state: import("./state.js").State, session: import("./pair_session.js").PairSession,
  *   side: import("./side.js").Side, modes: import("./modes.js").Modes,
- *   looking: import("./looking.js").Looking, jump: import("./panels/jump.js").Jump}} Parts
+ *   looking: import("./looking.js").Looking, jump: import("./panels/jump.js").Jump,
+ *   sweep: import("./sweep.js").Sweep}} Parts
  */
 import { dropSpecks, fillHoles, grow, keepComponent, shrink, smooth } from "./cleanup.js";
 import { $, attempt, notice } from "./chrome.js";
@@ -22,7 +23,7 @@ export const CLEANUPS = {
 };
 
 /** @param {Parts} parts @returns {Record<string, (down: boolean) => unknown>} */
-export function actionsOf({ state, session, side, modes, looking, jump }) {
+export function actionsOf({ state, session, side, modes, looking, jump, sweep }) {
   const { hand } = session;
 
   /** @param {"radius" | "opacity" | "brightness" | "contrast"} name @param {number} value
@@ -101,6 +102,7 @@ export function actionsOf({ state, session, side, modes, looking, jump }) {
     swipe: (down) => state.hold({ swiping: down }),
     outline: () => state.change({ outline: !state.outline }),
     unseen: () => state.change({ veiled: !state.veiled }),
+    sweep: () => sweep.next(),
     fit: () => looking.fitAll(),
     goto: () => looking.goToProposal(),
     fainter: () => set("opacity", state.opacity - 0.1, 0, 1),

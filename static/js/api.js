@@ -1,7 +1,7 @@
 /**
  * Talk to the gateway: JSON over HTTP, and the desk's WebSocket. Knows URLs and errors, no state.
  * @import {ClickChange, ClickReply, Committed, DoubtfulRegionInfo, EdgePath, FromFrame, JudgedPair, LivePoint,
- *   MaskChange, MaskReply, Me, PairDetail, PairPage, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateChange,
+ *   MaskChange, MaskReply, Me, PairDetail, PairPage, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateChange, SweepInfo,
  *   StateReply, ToFrame, VerdictChange} from "./wire.js"
  */
 
@@ -61,6 +61,8 @@ export const api = {
   /** @param {number} id @param {string | null} run whose regions are rejected @param {boolean} skipped
    * @returns {Promise<PairDetail>} */
   skip: (id, run, skipped) => call(`/api/pairs/${id}/skip`, send("PUT", { run, skipped })),
+  /** @param {number} id @param {number} tile that was swept @returns {Promise<SweepInfo>} */
+  sweep: (id, tile) => call(`/api/pairs/${id}/sweep`, send("PUT", { tile })),
   /** @returns {Promise<Me>} */
   me: () => call("/api/me"),
   /** @param {number} id @returns {Promise<RevisionInfo[]>} */

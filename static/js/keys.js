@@ -42,6 +42,7 @@ export const KEYS = [
   { key: "s", action: "swipe", title: "Swipe: reference left of the cursor (hold)", group: "Look", held: true },
   { key: "n", action: "outline", title: "Outline only", group: "Look" },
   { key: "Shift+u", action: "unseen", title: "Veil what the run has not seen, on live and reference", group: "Look" },
+  { key: "Shift+ ", action: "sweep", title: "Sweep: look at the next tile from close by", group: "Look" },
   { key: "f", action: "fit", title: "Fit the whole image", group: "Look" },
   { key: "g", action: "goto", title: "Fit the selected proposal", group: "Look" },
   { key: "-", action: "fainter", title: "Fainter overlays", group: "Look", repeats: true },
@@ -89,8 +90,8 @@ export function keyName(event) {
   const composed = event.getModifierState("AltGraph");
   const control = (event.ctrlKey || event.metaKey) && !composed;
   const alt = event.altKey && !composed ? "Alt+" : "";
-  // A printable key already says by itself whether Shift was down ("?"), but for letters.
-  const shift = event.shiftKey && (!printable || key !== key.toUpperCase());
+  // A printable key already says by itself whether Shift was down ("?"), but for letters and the space.
+  const shift = event.shiftKey && (!printable || key === " " || key !== key.toUpperCase());
   return alt + (control ? "Ctrl+" : "") + (shift ? "Shift+" : "") + key;
 }
 
@@ -114,7 +115,7 @@ export class Keymap {
   /** The key as people read it. @param {string} action */
   shown(action) {
     return this.key(action).replace("Arrow", "").replace("Right", "→").replace("Left", "←")
-      .replace("Up", "↑").replace("Down", "↓").replace(/^ $/, "Space");
+      .replace("Up", "↑").replace("Down", "↓").replace(/ $/, "Space");
   }
 
   /** Give an action another key; a key that another action has stays with that one.

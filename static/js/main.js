@@ -24,6 +24,7 @@ import { Side } from "./side.js";
 import { Standing } from "./standing.js";
 import { State } from "./state.js";
 import { Surroundings } from "./surroundings.js";
+import { Sweep } from "./sweep.js";
 import { View } from "./view.js";
 
 const state = new State();
@@ -63,7 +64,8 @@ const modes = new Modes(state, session, side, { shown, open: (id, run) => link.o
 const jump = new Jump({ states: STATES, wrong: (error) => notice(String(error), true),
   find: async (words, most) => (await api.findPairs(words, state.run, most)).pairs,
   open: (id) => link.open(id, state.run) });
-const actions = actionsOf({ state, session, side, modes, looking, jump });
+const sweep = new Sweep(state, looking, panes, $("facts"), { note: api.sweep, wrong: (error) => notice(String(error), true) });
+const actions = actionsOf({ state, session, side, modes, looking, jump, sweep });
 const around = new Surroundings(sessionStorage);
 const link = new DeskLink(state, session, around, {
   here: () => { standing.joined(); saver.retry(); },

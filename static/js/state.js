@@ -12,7 +12,7 @@
  * @typedef {import("./raster.js").Box} Box
  * @typedef {typeof DEFAULTS} Settings
  * @typedef {{settings: [], pair: [fresh: boolean], selection: [], look: [], cursor: [],
- *   candidate: [shown: import("./raster.js").Mask | null, asking: boolean], sketch: [], mask: [layer: Layer, box: Box | null], area: [], saved: [], revealed: [],
+ *   candidate: [shown: import("./raster.js").Mask | null, asking: boolean], sketch: [], mask: [layer: Layer, box: Box | null], area: [], saved: [], revealed: [], swept: [],
  *   judged: [], stored: []}} Told
  *   pair: fresh for another one than before; look: view, or what is held; mask: a layer was drawn
  *   in a box, null for everywhere; judged: what was made of a proposal was taken back or done again;
@@ -103,6 +103,8 @@ export class State extends News {
     this.candidate = null;
     /** A stroke is under way. */
     this.drawing = false;
+    /** The box of the tile that is looked at in a sweep: x0, y0, x1, y1. @type {number[] | null} */
+    this.tile = null;
     this.blinking = false;
     this.swiping = false;
     this.hidden = false;
@@ -170,6 +172,19 @@ export class State extends News {
     this.revision = revision;
     if (this.pair?.state === "todo") this.pair.state = "in_progress";
     this.tell("saved");
+  }
+
+  /** @param {number[] | null} tile that is looked at in a sweep */
+  sweep(tile) {
+    this.tile = tile;
+    this.tell("swept");
+  }
+
+  /** @param {number} id of a pair @param {import("./wire.js").SweepInfo} sweep what was looked at of it */
+  swept(id, sweep) {
+    if (this.pair?.id !== id) return;
+    this.pair.sweep = sweep;
+    this.tell("swept");
   }
 
   /** @param {Proposal[]} proposals @param {string} outcome what was made of them */

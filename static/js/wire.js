@@ -72,7 +72,7 @@
  *   layers: ("reference" | "warped" | "live" | "difference" | "unseen" | "detector" | "objects_live" | "objects_reference" | "doi" | "prediction" | "ground_truth")[],
  *   version: string, doubt: string, skip: SkipInfo | null, alignment: AlignmentInfo | null,
  *   labels: LabelInfo[], reads_labels: boolean, regions: RegionInfo[],
- *   scores: Record<string, ScoreInfo>, audit: number}} JudgedPair
+ *   scores: Record<string, ScoreInfo>, sweep: SweepInfo, audit: number}} JudgedPair
  */
 /**
  * A name to search for in place of another one; "" searches for nothing.
@@ -114,7 +114,7 @@
  *   layers: ("reference" | "warped" | "live" | "difference" | "unseen" | "detector" | "objects_live" | "objects_reference" | "doi" | "prediction" | "ground_truth")[],
  *   version: string, doubt: string, skip: SkipInfo | null, alignment: AlignmentInfo | null,
  *   labels: LabelInfo[], reads_labels: boolean, regions: RegionInfo[],
- *   scores: Record<string, ScoreInfo>}} PairDetail
+ *   scores: Record<string, ScoreInfo>, sweep: SweepInfo}} PairDetail
  */
 /**
  * A page of the queue.
@@ -217,6 +217,15 @@
 /**
  * From the frame: open the next (1) or the previous (-1) pair of the queue.
  * @typedef {{type: "step", by: 1 | -1}} Step
+ */
+/**
+ * The tiles of a picture, and the numbers of those that the annotator has looked at from close
+ * by; they count row by row from the top left.
+ * @typedef {{columns: number, rows: number, swept: number[]}} SweepInfo
+ */
+/**
+ * A tile that was looked at from close by; tiles count row by row from the top left.
+ * @typedef {{tile: number}} SweptTile
  */
 /**
  * From the frame: dark or light.

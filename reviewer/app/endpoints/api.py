@@ -23,6 +23,7 @@ from reviewer.app.endpoints.pictures import draw_layer
 from reviewer.app.endpoints.pointing import build_pointing
 from reviewer.app.endpoints.proposing import build_proposing
 from reviewer.app.endpoints.skips import build_skipping
+from reviewer.app.endpoints.sweeping import build_sweeping
 from reviewer.editing.clicks import Clicks
 from reviewer.editing.commit import (
     MaskEdit,
@@ -139,6 +140,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     router.include_router(build_proposing(store))
     router.include_router(build_auditing(store))
     router.include_router(build_skipping(store))
+    router.include_router(build_sweeping(store))
     pictures = PictureCache()
 
     @router.get("/me")

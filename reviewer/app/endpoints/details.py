@@ -11,6 +11,7 @@ from reviewer.app.endpoints.messages import (
     RegionInfo,
     ScoreInfo,
     SkipInfo,
+    SweepInfo,
     TruthInfo,
 )
 from reviewer.evaluation.counting import counts_of_pair
@@ -27,6 +28,7 @@ from reviewer.store.reviews import review_state
 from reviewer.store.revisions import newest_revision
 from reviewer.store.skips import skip_of_pair
 from reviewer.store.stages_done import pair_overview
+from reviewer.store.sweeps import Sweep, sweep_of_pair
 from reviewer.store.truth import drawn_since, list_statements, standing_of_pair
 from reviewer.words import PairLayer
 
@@ -103,8 +105,14 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         labels=_label_infos(store, run, pair_id) if run else [],
         reads_labels=run is not None and "labels" in segmenter_reads(run.segmenter),
         regions=[region_info(region, f_if.get(region.id, {})) for region in regions],
+        sweep=sweep_info(sweep_of_pair(store, pair, annotator_id)),
         scores={method: score_info(value) for method, value in counts.items()},
     )
+
+
+def sweep_info(sweep: Sweep) -> SweepInfo:
+    """Return what was swept as the API shows it."""
+    return SweepInfo(columns=sweep.columns, rows=sweep.rows, swept=list(sweep.swept))
 
 
 def _alignment_info(store: Store, run: Run, pair_id: int) -> AlignmentInfo | None:

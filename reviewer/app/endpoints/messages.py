@@ -223,6 +223,15 @@ class SkipInfo(Message):
     reason: str
 
 
+class SweepInfo(Message):
+    """The tiles of a picture, and the numbers of those that the annotator has looked at from close
+    by; they count row by row from the top left."""
+
+    columns: int
+    rows: int
+    swept: list[int]
+
+
 class PairDetail(Message):
     """Everything the workbench needs to open a pair, except pixels."""
 
@@ -247,6 +256,7 @@ class PairDetail(Message):
     reads_labels: bool
     regions: list[RegionInfo]
     scores: dict[str, ScoreInfo]
+    sweep: SweepInfo
 
 
 class RleMask(Message):
