@@ -1,7 +1,7 @@
 /**
  * Talk to the gateway: JSON over HTTP, and the desk's WebSocket. Knows URLs and errors, no state.
  * @import {ClickChange, ClickReply, Committed, DoubtfulRegionInfo, EdgePath, FromFrame, JudgedPair, LivePoint,
- *   MaskChange, MaskReply, Me, PairDetail, PairPage, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateChange, SweepInfo,
+ *   MaskChange, MaskReply, Me, OpenedPair, PairDetail, PairPage, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateChange, SweepInfo,
  *   StateReply, ToFrame, VerdictChange} from "./wire.js"
  */
 
@@ -44,11 +44,21 @@ export const api = {
   runs: () => call("/api/runs"),
   /** @param {number} id @param {string | null} run @returns {Promise<PairDetail>} */
   pair: (id, run) => call(`/api/pairs/${id}${run ? `?run=${encodeURIComponent(run)}` : ""}`),
+  /** @param {number} id @returns {Promise<MaskReply>} */
+  mask: (id) => call(`/api/pairs/${id}/mask`, { headers: { Accept: "application/json" } }),
+  /** A pair with its mask and proposals; the browser keeps it, and asks whether it still holds.
+   * @param {number} id @param {string | null} run
+   * @param {{sources: string[], run: string | null}} proposed and of which other run
+   * @returns {Promise<OpenedPair>} */
+  open: (id, run, proposed) => {
+    const query = new URLSearchParams(proposed.sources.map((source) => ["source", source]));
+    if (run) query.set("run", run);
+    if (proposed.run) query.set("proposals_of", proposed.run);
+    return call(`/api/pairs/${id}/open?${query}`);
+  },
   /** @param {string} search words @param {string | null} run @param {number} limit
    * @returns {Promise<PairPage>} */
   findPairs: (search, run, limit) => call(`/api/pairs?${new URLSearchParams({ search, limit: String(limit), ...(run ? { run } : {}) })}`),
-  /** @param {number} id @returns {Promise<MaskReply>} */
-  mask: (id) => call(`/api/pairs/${id}/mask`, { headers: { Accept: "application/json" } }),
   /** @param {number} id @param {number} revision @param {MaskChange} change
    * @returns {Promise<Committed>} */
   putMask: (id, revision, change) =>

@@ -6,6 +6,7 @@
 import { api, openDesk } from "./api.js";
 import { $, attempt, notice } from "./chrome.js";
 import { LAYERS } from "./layers.js";
+import { proposedIn } from "./pair_session.js";
 
 const SHOWN_MS = 150;
 
@@ -108,7 +109,7 @@ export class DeskLink {
   /** Decode the pictures of a pair before it is asked for. @param {number} id */
   async loadAhead(id) {
     const { state } = this;
-    const pair = await api.pair(id, state.run);
+    const { pair } = await api.open(id, state.run, proposedIn(state));
     for (const name of new Set(state.layers.flatMap((layer) => [LAYERS[layer].base, LAYERS[layer].overlay]))) {
       if (name && pair.layers.includes(name)) this.on.ahead(api.layerUrl(pair, name, !state.second));
     }

@@ -106,6 +106,10 @@
  * @typedef {{type: "open", pair: number | null, run: string | null}} Open
  */
 /**
+ * What opens a pair: all of it as it was at one moment.
+ * @typedef {{pair: PairDetail, mask: MaskReply, proposals: ProposalInfo[]}} OpenedPair
+ */
+/**
  * Everything the workbench needs to open a pair, except pixels.
  * @typedef {{id: number, split: string, name: string, height: number, width: number, reference: string,
  *   live: string, viewpoint_distance: number | null, revision: number,

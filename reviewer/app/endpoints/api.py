@@ -17,8 +17,15 @@ from pydantic import BaseModel, ValidationError
 
 from reviewer.app.endpoints import messages as m
 from reviewer.app.endpoints.auditing import build_auditing
-from reviewer.app.endpoints.details import choose_run, pair_detail, truth_info
+from reviewer.app.endpoints.details import (
+    choose_run,
+    mask_reply,
+    newest_mask,
+    pair_detail,
+    truth_info,
+)
 from reviewer.app.endpoints.fields import Key, Word
+from reviewer.app.endpoints.opening import build_opening
 from reviewer.app.endpoints.pictures import draw_layer
 from reviewer.app.endpoints.pointing import build_pointing
 from reviewer.app.endpoints.proposing import build_proposing
@@ -35,7 +42,7 @@ from reviewer.editing.commit import (
 )
 from reviewer.errors import InvalidInput, TooLarge
 from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
-from reviewer.records import Image, MaskRevision, Pair
+from reviewer.records import Image, Pair
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
@@ -138,6 +145,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     router = APIRouter(prefix="/api", responses=PROBLEMS)
     router.include_router(build_pointing(store, clicks))
     router.include_router(build_proposing(store))
+    router.include_router(build_opening(store))
     router.include_router(build_auditing(store))
     router.include_router(build_skipping(store))
     router.include_router(build_sweeping(store))
@@ -231,11 +239,8 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         headers = {"ETag": f'"{number}"', "Cache-Control": "no-store"}
         if "application/json" not in request.headers.get("accept", ""):
             return Response(encode_png(decode_rle(mask)), media_type="image/png", headers=headers)
-        if newest:
-            reply = _mask_reply(newest)
-        else:
-            reply = m.MaskReply.empty(mask.height, mask.width, mask.counts)
-        return Response(reply.model_dump_json(), media_type="application/json", headers=headers)
+        reply = newest_mask(store, pair).model_dump_json()
+        return Response(reply, media_type="application/json", headers=headers)
 
     @router.put("/pairs/{pair_id}/mask", openapi_extra=MASK_BODY)
     async def put_mask(
@@ -283,7 +288,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     @router.get("/pairs/{pair_id}/revisions/{number}")
     def get_revision(pair_id: Id, number: Id) -> m.MaskReply:
         """One revision of a pair's ground truth."""
-        return _mask_reply(revision_of_number(store, pair_id, number))
+        return mask_reply(revision_of_number(store, pair_id, number))
 
     @router.put("/pairs/{pair_id}/state")
     def put_state(
@@ -310,17 +315,6 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
 def _last_change(image: Image) -> int:
     """Return a value that changes when a file is replaced, so that no old picture is served."""
     return image.path.stat().st_mtime_ns if image.path.exists() else 0
-
-
-def _mask_reply(revision: MaskRevision) -> m.MaskReply:
-    mask = revision.mask
-    return m.MaskReply(
-        revision=revision.number,
-        mask=m.RleMask(height=mask.height, width=mask.width, counts=mask.counts),
-        ignore=revision.ignore_mask.counts if revision.ignore_mask else None,
-        annotator=revision.annotator,
-        created_at=revision.created_at,
-    )
 
 
 def _revision(if_match: str | None) -> int:

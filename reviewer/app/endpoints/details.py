@@ -7,8 +7,10 @@ from dataclasses import asdict
 from reviewer.app.endpoints.messages import (
     AlignmentInfo,
     LabelInfo,
+    MaskReply,
     PairDetail,
     RegionInfo,
+    RleMask,
     ScoreInfo,
     SkipInfo,
     SweepInfo,
@@ -16,9 +18,10 @@ from reviewer.app.endpoints.messages import (
 )
 from reviewer.evaluation.counting import counts_of_pair
 from reviewer.evaluation.outcomes import f_by_outcome
+from reviewer.masks import empty_rle
 from reviewer.metrics import Counts, f_score, precision, recall, unseen_share
 from reviewer.models.registry import segmenter_reads
-from reviewer.records import Run, StoredRegion
+from reviewer.records import MaskRevision, Pair, Run, StoredRegion
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment, load_labels, pair_doubt
@@ -107,6 +110,27 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         regions=[region_info(region, f_if.get(region.id, {})) for region in regions],
         sweep=sweep_info(sweep_of_pair(store, pair, annotator_id)),
         scores={method: score_info(value) for method, value in counts.items()},
+    )
+
+
+def newest_mask(store: Store, pair: Pair) -> MaskReply:
+    """Return the newest ground truth of a pair; revision 0 and all-zero where there is none."""
+    newest = newest_revision(store, pair.id)
+    if newest:
+        return mask_reply(newest)
+    nothing = empty_rle(pair.live.height, pair.live.width)
+    return MaskReply.empty(nothing.height, nothing.width, nothing.counts)
+
+
+def mask_reply(revision: MaskRevision) -> MaskReply:
+    """Return a revision as the API shows it."""
+    mask = revision.mask
+    return MaskReply(
+        revision=revision.number,
+        mask=RleMask(height=mask.height, width=mask.width, counts=mask.counts),
+        ignore=revision.ignore_mask.counts if revision.ignore_mask else None,
+        annotator=revision.annotator,
+        created_at=revision.created_at,
     )
 
 

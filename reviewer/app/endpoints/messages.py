@@ -283,6 +283,14 @@ class MaskReply(Message):
         return cls(revision=0, mask=mask, ignore=None, annotator=None, created_at=None)
 
 
+class OpenedPair(Message):
+    """What opens a pair: all of it as it was at one moment."""
+
+    pair: PairDetail
+    mask: MaskReply
+    proposals: list[ProposalInfo]
+
+
 class MaskChange(Message):
     """A mask to commit; the revision it was made from stands in If-Match."""
 
