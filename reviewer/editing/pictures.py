@@ -7,7 +7,7 @@ import numpy as np
 from reviewer.dataset.pictures import read_picture
 from reviewer.errors import NotFound
 from reviewer.models.interfaces import Field, Image
-from reviewer.pipeline.fields import unpack_flow
+from reviewer.pipeline.fields import Part, unpack_flow
 from reviewer.pipeline.stored import warped_view
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
@@ -17,19 +17,21 @@ from reviewer.words import Side
 
 
 def load_pictures(
-    store: Store, pair: Pair, run: Run | None, picture: Side
+    store: Store, pair: Pair, run: Run | None, picture: Side, part: Part | None = None
 ) -> tuple[Image, Image | None, Field | None]:
     """Return a picture, uint8 RGB, the other one, and the confidence of the alignment; None for
-    the last two where no run aligns the reference, and for the last where its aligner has none.
+    the last two where no run aligns the reference, and for the last where its aligner has none. Of
+    a large picture a part, rows and columns, is made in a fraction of the time.
 
     Raises:
         NotFound: when a file is gone, or the reference is asked for without a run that aligns it.
     """
     aligned = run is not None and pair_overview(store, run.id, pair.id).aligned
+    whole = read_picture(pair.live)
+    live = whole if part is None else np.ascontiguousarray(whole[part])
     if picture == "live" and not aligned:
-        return read_picture(pair.live), None, None
-    warped, _, confidence = warped_view(store, _aligned_run(pair, run), pair)
-    live = read_picture(pair.live)
+        return live, None, None
+    warped, _, confidence = warped_view(store, _aligned_run(pair, run), pair, part)
     first, second = (live, warped) if picture == "live" else (warped, live)
     return first, second, confidence
 

@@ -9,7 +9,7 @@ pair's revisions tell what became of it.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from threading import Lock
 
 import cv2
@@ -18,9 +18,17 @@ import numpy as np
 from reviewer.dataset.pictures import read_picture
 from reviewer.editing.candidates import find_candidates
 from reviewer.editing.ranking import Evidence, Proposal, rank
-from reviewer.masks import Crop, Mask, Rle, components, decode_rle, encode_rle, merge_rles
+from reviewer.masks import (
+    Mask,
+    Rle,
+    components,
+    decode_rle,
+    encode_crops,
+    encode_rle,
+    merge_rles,
+)
 from reviewer.pipeline.fields import load_probability
-from reviewer.pipeline.stored import live_masks, region_pixels, warped_view
+from reviewer.pipeline.stored import live_runs, region_crops, warped_view
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_detection, load_objects
@@ -171,12 +179,13 @@ def _regions(store: Store, pair: Pair, run: Run) -> list[_Found]:
     detection = load_detection(store, run.id, pair.id)
     if not stored or detection is None:
         return []
-    labels, _ = components(decode_rle(detection.mask))
-    objects = live_masks(store, run.id, pair.id)
+    _, parts = components(decode_rle(detection.mask))
+    objects = live_runs(store, run.id, pair.id)
+    height, width = pair.live.height, pair.live.width
     found: list[_Found] = []
     for region in stored:
-        thing, parts = region_pixels(region.region, objects, labels)
-        mask = encode_rle(parts if thing is None else thing)
+        things, mine = region_crops(region.region, objects, parts)
+        mask = encode_crops(mine if things is None else things, height, width)
         found.append((region.labels, region.region.doi, region.id, mask))
     return found
 
@@ -185,10 +194,4 @@ def _parts(mask: Mask) -> list[_Found]:
     """Return the components of a mask, largest first."""
     crops = [crop for crop in components(mask)[1] if crop.area >= LEAST_PX]
     crops.sort(key=lambda crop: -crop.area)
-    return [("", None, None, encode_rle(_whole(crop, mask.shape))) for crop in crops]
-
-
-def _whole(crop: Crop, shape: Sequence[int]) -> Mask:
-    mask = np.zeros(shape, np.bool_)
-    crop.window(mask)[...] = crop.pixels
-    return mask
+    return [("", None, None, encode_crops([crop], *mask.shape)) for crop in crops]

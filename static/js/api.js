@@ -126,11 +126,12 @@ export const api = {
    * @returns {Promise<JudgedPair>} */
   standing: (audit, stands) => call(`/api/audits/${audit}`, send("PUT", { stands })),
   /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer
-   * @param {boolean} [judged] with people's verdicts */
-  layerUrl: (pair, layer, judged = true) => {
+   * @param {boolean} [judged] with people's verdicts @param {number} [level] halves the size, each */
+  layerUrl: (pair, layer, judged = true, level = 0) => {
     const query = new URLSearchParams({ v: pair.version });
     if (pair.run) query.set("run", pair.run);
     if (!judged && ["doi", "prediction"].includes(layer)) query.set("judged", "false");
+    if (level) query.set("level", String(level));
     return `/api/pairs/${pair.id}/layers/${layer}.png?${query}`;
   },
 };

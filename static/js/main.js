@@ -9,7 +9,7 @@ import { DeskLink } from "./desk_link.js";
 import { fillFields, wireFields } from "./fields.js";
 import { Journal } from "./journal.js";
 import { Keymap } from "./keys.js";
-import { addressOf, LAYERS, pictureOf, Pictures } from "./layers.js";
+import { addressOf, LAYERS, levelAt, pictureOf, Pictures } from "./layers.js";
 import { Looking } from "./looking.js";
 import { remember, rememberRevealed, restore } from "./memory.js";
 import { Modes } from "./modes.js";
@@ -45,7 +45,7 @@ const panes = new Panes($("panes"), (index, layer) => state.showLayer(index, lay
 const looking = new Looking(state, panes, sessionStorage);
 state.subscribe("candidate", (_, asking) => document.body.toggleAttribute("data-asking", asking));
 const overlays = overlaysOf(state, session.document, () => view.now());
-const view = new View(state, panes, overlays, pictures, (layer) => addressOf(state, layer), () => showFacts(state));
+const view = new View(state, panes, overlays, pictures, (layer, level) => addressOf(state, layer, level), () => showFacts(state));
 
 state.subscribe("pair", () => {
   showHeader(state);
@@ -73,7 +73,11 @@ const link = new DeskLink(state, session, around, {
   start,
   runs: (runs) => side.offer(runs),
   settled: async (first) => { if (first && state.mode === "audit") await modes.change("audit"); },
-  ahead: (url) => { pictures.get(url); },
+  ahead: (pair, name) => {
+    const { width, height } = panes.size();
+    const scale = Math.min(width / pair.width, height / pair.height) * (window.devicePixelRatio || 1);
+    pictures.get(api.layerUrl(pair, name, !state.second, levelAt(pair, scale)));
+  },
 });
 
 /** It is known who is signed in: what that person set comes back, and what was not saved is sent. */

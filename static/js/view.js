@@ -6,7 +6,7 @@
  * @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Context
  */
 import { toScreen } from "./geometry.js";
-import { doubtOf, LAYERS } from "./layers.js";
+import { doubtOf, LAYERS, levelAt } from "./layers.js";
 import { drawMarks, strokeTwice } from "./marks.js";
 
 const BLINK_MS = 320;
@@ -18,7 +18,7 @@ export class View {
   /** @param {State} state @param {import("./panes.js").Panes} panes
    * @param {Record<"mask" | "ignore" | "candidate" | "proposal", MaskView>} masks what lies over the pictures
    * @param {import("./layers.js").Pictures} pictures
-   * @param {(layer: string) => string} url address of a layer of the open pair
+   * @param {(layer: string, level?: number) => string} url address of a layer of the open pair
    * @param {() => void} drawn what is written about the state can be written too */
   constructor(state, panes, masks, pictures, url, drawn) {
     this.state = state;
@@ -147,9 +147,12 @@ export class View {
     // The reference as it was taken lies in another frame than what is unseen.
     const veiled = state.veiled && !state.hidden && layers.includes("unseen") && ["live", "warped"].includes(wanted[0]);
     wanted.push(veiled && layer.overlay !== "unseen" ? "unseen" : "");
-    const [base, overlay, veil] = wanted.map((l) => (l && available ? this.pictures.get(this.url(l)) : null));
+    const level = levelAt({ width, height }, place[0]);
+    const [base, overlay, veil] = wanted.map((l) =>
+      l && available ? this.pictures.best((k) => this.url(l, k), level) : null);
     const key = [place, item.canvas.width, item.canvas.height, state.opacity, state.brightness, state.contrast,
-      state.dark, layer.dim, wanted.map(this.url), Boolean(base?.bitmap), Boolean(overlay?.bitmap), Boolean(veil?.bitmap)].join();
+      state.dark, layer.dim, wanted.map((l) => this.url(l)),
+      ...[base, overlay, veil].map((picture) => picture?.bitmap?.width ?? 0)].join();
     const note = secret ? "Hidden until you have submitted"
       : available ? base?.error || overlay?.error || veil?.error || "" : `${layer.title}: not in this run yet`;
     const complete = [base, overlay, veil].every((picture) => !picture || picture.bitmap || picture.error);
@@ -228,7 +231,8 @@ export class View {
   drawSwipe(context, scale) {
     const { pair, cursor, past } = this.state;
     if (!pair || !cursor || !pair.layers.includes(past)) return;
-    const { bitmap } = this.pictures.get(this.url(past));
+    const level = levelAt(pair, scale * (window.devicePixelRatio || 1));
+    const { bitmap } = this.pictures.best((k) => this.url(past, k), level);
     if (!bitmap) return;
     const x = Math.min(Math.max(cursor.x, 0), pair.width);
     const share = x / pair.width;
