@@ -53,6 +53,11 @@ class Hand:
             self.frame.fill("#radius", str(step.x))
             self.frame.evaluate("document.activeElement.blur()")
             self.actions += 1
+        elif step.kind == "way":
+            key, way = step.key.split(" ")
+            self.frame.click(f'#proposal-list [data-proposal="{key}"] [data-way="{way}"]')
+            self.frame.evaluate("document.activeElement.blur()")
+            self.actions += 1
         elif step.kind == "away-box":
             self._drag_away(step.box)
         else:

@@ -4,9 +4,10 @@
 
 The pair is made of the first one of a demo database (or given, with `--large`, as this script or
 `desk.py` makes it). Opening is timed inside the workbench, from the request for the pair until its
-last picture is there: `first` with a new server and no kept previews, `again` after a reload, `kept` with
-a new server and the previews of before. A click is timed from the release of the button until its
-candidate is painted on every pane, with each click segmenter that needs no weights of others.
+last picture is there: `first` with a new server and no kept previews, `again` after a reload,
+`kept` with a new server and the previews of before. A click is timed from the release of the button
+until its candidate is painted on every pane, with each click segmenter that needs no weights of
+others.
 """
 
 from __future__ import annotations

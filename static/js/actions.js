@@ -80,7 +80,8 @@ export function actionsOf({ state, session, side, modes, looking, jump, sweep })
     ...Object.fromEntries(Object.keys(CLEANUPS).map((name) => [name, () => cleanUp(name)])),
     ...Object.fromEntries(["add", "subtract", "replace", "ill-posed"].map((way) => [way, () => session.apply(way)])),
     "reject-proposal": () => session.apply("reject"),
-    "reject-rest": () => session.rejectRest(),
+    // The key may come before the list does.
+    "reject-rest": () => side.loading.then(() => session.rejectRest()),
     target: () => {
       hand.complete();
       state.change({ target: state.target === "mask" ? "ignore" : "mask" });
