@@ -2,7 +2,7 @@
 
 A scripted annotator in a real Chromium brings each object of the pairs to an IoU of at least 0.9,
 or to where every border pixel is within 1 px: once from the prediction, with the cheapest of
-accept, a button beside a proposal, click, brush and outline, or from a wiped mask where that is
+accept, a proposal, click, brush and outline, or from a wiped mask where that is
 cheaper; once from an empty mask with polygons only. An action is a click, a drag, a corner or a
 key; choosing the tool and zooming count too. Seconds are without time to think. Objects under 12 px
 are left out: they are slivers of occluded things. `keys_per_pair` is what a pair costs whose

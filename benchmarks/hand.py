@@ -36,6 +36,7 @@ class Hand:
             self._do(step)
         if plan.near is not None:
             self.key("f")
+        if plan.near is not None or any(step.kind == "pick" for step in plan.steps):
             self._fitted()
 
     def key(self, key: str) -> None:
@@ -53,9 +54,8 @@ class Hand:
             self.frame.fill("#radius", str(step.x))
             self.frame.evaluate("document.activeElement.blur()")
             self.actions += 1
-        elif step.kind == "way":
-            key, way = step.key.split(" ")
-            self.frame.click(f'#proposal-list [data-proposal="{key}"] [data-way="{way}"]')
+        elif step.kind == "pick":
+            self.frame.click(f'#proposal-list [data-proposal="{step.key}"] .top')
             self.frame.evaluate("document.activeElement.blur()")
             self.actions += 1
         elif step.kind == "away-box":

@@ -24,8 +24,8 @@ NEAR_PX, SPECK_PX = 5, 20
 class Step:
     """One thing to do: a tool, a key, a brush size (x), a click at an image point, a box to drag.
 
-    "away-click" and "away-box" are done with Alt: they take away. "way" is a button beside a
-    proposal, named by the proposal's key and what it does.
+    "away-click" and "away-box" are done with Alt: they take away. "pick" selects the
+    proposal of that key.
     """
 
     kind: str
@@ -92,7 +92,7 @@ def plan_object(
             if not ((done ^ mask) & truth & ~thing).any() and reached(
                 own_part(done, thing, truth), thing, goal
             ):
-                return Plan("proposal", (Step("way", key=f"{key} {way}"),), done)
+                return Plan("proposal", by_proposal(key, way), done)
     own = own_part(mask, thing, truth)
     starts = [_erase(mask, own & ~thing, thing)]
     if own.any() and not (truth & ~thing)[_slices(_box(own))].any():
@@ -155,12 +155,18 @@ def _replaced(mask: Mask, proposal: Mask) -> Mask:
     return result | proposal
 
 
+def by_proposal(key: str, way: str) -> tuple[Step, ...]:
+    """Select a proposal in the list, which goes to its place; apply it; look at the whole again."""
+    return Step("pick", key=key), Step("key", key=WAY_KEYS[way]), Step("key", key="f")
+
+
+WAY_KEYS = {"add": "v", "replace": "r", "subtract": "d"}
 WAYS: dict[str, Callable[[Mask, Mask], Mask]] = {
     "add": lambda mask, proposal: mask | proposal,
     "replace": _replaced,
     "subtract": lambda mask, proposal: mask & ~proposal,
 }
-"""What the buttons beside a proposal do."""
+"""What is made of a proposal."""
 
 
 def _brush(erased: Plan, thing: Mask, truth: Mask, goal: float) -> Plan | None:
@@ -285,8 +291,7 @@ def _reject_false_alarms(mask: Mask, truth: Mask, proposed: Mapping[str, Mask]) 
                 if not (part & ~pixels).any() and not (pixels & truth & now).any()
             )
             if key := next(fits, None):
-                step = Step("way", key=f"{key} subtract")
-                plans.append(Plan("take out", (step,), now & ~proposed[key]))
+                plans.append(Plan("take out", by_proposal(key, "subtract"), now & ~proposed[key]))
             elif (part & now).any():
                 plans.append(away_box(now, crop.box_xyxy))
     return plans
