@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sqlite3
 import tempfile
 import time
@@ -35,6 +36,7 @@ LIMITS = {
     "next_pair_p95_ms": 100.0,
     "save_p95_ms": 50.0,
     "save_20_people_p95_ms": 100.0,
+    "open_pair_gets": 1.0,
 }
 PEOPLE, SAVES_EACH = 20, 12
 LARGE = (4000, 3000)
@@ -75,6 +77,9 @@ WATCH = """() => {
         return reply;
     };
 }"""
+
+DATA = r"/api/pairs/{}(?![0-9]|/layers)"
+"""What is asked for of a pair, its pictures left out."""
 
 NEXT = """async () => {
     const panes = document.getElementById("panes");
@@ -145,12 +150,17 @@ def measure_small(db: Path) -> dict[str, list[float]]:
         clicks = click_overheads(page, frame, 60)
         early, late = brush_ms(page, frame)
         saves = list(frame.evaluate("window.saves"))
-        pairs = []
+        pairs, gets = [], []
+        asked: list[str] = []
+        page.on("request", lambda r: asked.append(r.url) if r.method == "GET" else None)
         for _ in range(30):
+            asked.clear()
             pairs.append(float(frame.evaluate(NEXT)))
             page.wait_for_timeout(700)
-    names = ("brush_early", "brush_late", "save", "click", "next_pair")
-    return dict(zip(names, (early, late, saves, clicks, pairs), strict=True))
+            pair = frame.get_attribute("#panes", "data-shown")
+            gets.append(float(sum(bool(re.search(DATA.format(pair), url)) for url in asked)))
+    names = ("brush_early", "brush_late", "save", "click", "next_pair", "gets")
+    return dict(zip(names, (early, late, saves, clicks, pairs, gets), strict=True))
 
 
 def measure_large(db: Path) -> list[float]:
@@ -248,6 +258,7 @@ def main() -> None:
         "next_pair_p95_ms": samples["next_pair"],
         "save_p95_ms": samples["save"],
         "save_20_people_p95_ms": samples["crowd"],
+        "open_pair_gets": samples["gets"],
     }
     results = {name: float(np.percentile(values, 95)) for name, values in figures.items()}
     results["brush_growth"] = float(growth)

@@ -36,6 +36,7 @@ class Hand:
             self._do(step)
         if plan.near is not None:
             self.key("f")
+        if plan.near is not None or any(step.kind == "pick" for step in plan.steps):
             self._fitted()
 
     def key(self, key: str) -> None:
@@ -51,6 +52,10 @@ class Hand:
         elif step.kind == "radius":
             # The slider takes arrow keys; a person drags it: one action.
             self.frame.fill("#radius", str(step.x))
+            self.frame.evaluate("document.activeElement.blur()")
+            self.actions += 1
+        elif step.kind == "pick":
+            self.frame.click(f'#proposal-list [data-proposal="{step.key}"] .top')
             self.frame.evaluate("document.activeElement.blur()")
             self.actions += 1
         elif step.kind == "away-box":

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from reviewer.dataset.files import read_rgb
+from reviewer.editing.proposals import list_proposals
 from reviewer.masks import Mask, components, decode_rle
 from reviewer.models.interfaces import Field, Image
 from reviewer.pipeline.fields import change_of
@@ -19,14 +20,23 @@ from reviewer.store.pairs import list_pairs
 from reviewer.store.regions import load_prediction
 from reviewer.store.revisions import list_revisions
 from reviewer.store.runs import list_runs
+from reviewer.words import ProposalSource
 
+SOURCES: tuple[ProposalSource, ...] = (
+    "region",
+    "detector",
+    "object_live",
+    "object_reference",
+    "candidate",
+)
 SIZES = ((0, "< 8²"), (64, "< 16²"), (256, "< 32²"), (1024, "larger"))
 MARGIN_PX = 8
 
 
 @dataclass(frozen=True, slots=True)
 class ScenePair:
-    """A pair: uint8 RGB (H, W, 3) images, bool (H, W) masks, confidence as in `Alignment`."""
+    """A pair: uint8 RGB (H, W, 3) images, bool (H, W) masks, confidence as in `Alignment`; what the
+    list "all of this run" proposes, by key, in its order."""
 
     id: int
     title: str
@@ -37,6 +47,7 @@ class ScenePair:
     predicted: Mask
     confidence: Field | None = None
     change: Field | None = None
+    proposed: Mapping[str, Mask] = field(default_factory=dict)
 
 
 def load_pairs(db: Path, every: int = 1) -> Iterator[ScenePair]:
@@ -60,6 +71,7 @@ def load_pairs(db: Path, every: int = 1) -> Iterator[ScenePair]:
                 decode_rle(prediction),
                 confidence,
                 change_of(detection),
+                {p.key: decode_rle(p.mask) for p in list_proposals(store, pair, run, SOURCES)},
             )
 
 

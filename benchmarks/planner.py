@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -11,7 +11,7 @@ import numpy.typing as npt
 from objects import objects_of
 from skimage.draw import polygon2mask
 
-from reviewer.masks import Mask, components, dilate, fill_holes, intersection_over_union
+from reviewer.masks import Mask, boundary, components, dilate, fill_holes, intersection_over_union
 from reviewer.models.interfaces import Click, ClickSegmenter, Embedding, Prompt
 
 MOST_CLICKS = 3
@@ -24,7 +24,8 @@ NEAR_PX, SPECK_PX = 5, 20
 class Step:
     """One thing to do: a tool, a key, a brush size (x), a click at an image point, a box to drag.
 
-    "away-click" and "away-box" are done with Alt: they take away.
+    "away-click" and "away-box" are done with Alt: they take away. "pick" selects the
+    proposal of that key.
     """
 
     kind: str
@@ -59,6 +60,19 @@ def own_part(mask: Mask, thing: Mask, truth: Mask) -> Mask:
     return part & ~(truth & ~thing)
 
 
+def reached(part: Mask, thing: Mask, goal: float) -> bool:
+    """Say whether a mask is good enough: by its IoU, or because each pixel of either border lies
+    within a pixel of the other's: two careful people do not agree better on small things."""
+    if intersection_over_union(part, thing) >= goal:
+        return True
+    if not part.any():
+        return False
+    mine, true = boundary(part), boundary(thing)
+    return (
+        not (mine & ~dilate(true, size_px=3)).any() and not (true & ~dilate(mine, size_px=3)).any()
+    )
+
+
 def plan_object(
     segmenter: ClickSegmenter,
     embedding: Embedding,
@@ -66,10 +80,19 @@ def plan_object(
     thing: Mask,
     truth: Mask,
     goal: float,
+    proposed: Mapping[str, Mask],
 ) -> Plan:
-    """Return the cheapest plan among accept, click, brush and polygon."""
-    if intersection_over_union(own_part(mask, thing, truth), thing) >= goal:
+    """Return the cheapest plan among accept, proposal, click, brush and polygon."""
+    if reached(own_part(mask, thing, truth), thing, goal):
         return Plan("accept", (), mask)
+    for key, pixels in proposed.items():
+        for way, apply in WAYS.items():
+            done = apply(mask, pixels)
+            # What stands for another object stays.
+            if not ((done ^ mask) & truth & ~thing).any() and reached(
+                own_part(done, thing, truth), thing, goal
+            ):
+                return Plan("proposal", by_proposal(key, way), done)
     own = own_part(mask, thing, truth)
     starts = [_erase(mask, own & ~thing, thing)]
     if own.any() and not (truth & ~thing)[_slices(_box(own))].any():
@@ -111,7 +134,7 @@ def _clicks(
         found = segmenter.predict(embedding, Prompt(tuple(clicks), None, previous))
         for number, candidate in enumerate(found):
             done = _replaced(mask, candidate.mask)
-            if intersection_over_union(own_part(done, thing, truth), thing) >= goal:
+            if reached(own_part(done, thing, truth), thing, goal):
                 tabs = [Step("key", key="Tab")] * number
                 return Plan("click", (*steps, *tabs, Step("key", key="r")), done)
         held = found[0].mask
@@ -132,13 +155,27 @@ def _replaced(mask: Mask, proposal: Mask) -> Mask:
     return result | proposal
 
 
+def by_proposal(key: str, way: str) -> tuple[Step, ...]:
+    """Select a proposal in the list, which goes to its place; apply it; look at the whole again."""
+    return Step("pick", key=key), Step("key", key=WAY_KEYS[way]), Step("key", key="f")
+
+
+WAY_KEYS = {"add": "v", "replace": "r", "subtract": "d"}
+WAYS: dict[str, Callable[[Mask, Mask], Mask]] = {
+    "add": lambda mask, proposal: mask | proposal,
+    "replace": _replaced,
+    "subtract": lambda mask, proposal: mask & ~proposal,
+}
+"""What is made of a proposal."""
+
+
 def _brush(erased: Plan, thing: Mask, truth: Mask, goal: float) -> Plan | None:
     """Dab discs that cover the most of what is missing."""
     steps, result = [*erased.steps, Step("tool", key="b")], erased.mask
     depth = _depth(thing)
     radius = 0.0
     for _ in range(MOST_DABS):
-        if intersection_over_union(own_part(result, thing, truth), thing) >= goal:
+        if reached(own_part(result, thing, truth), thing, goal):
             return Plan("brush", tuple(steps), result, _box(thing))
         missing = thing & ~result
         if not missing.any():
@@ -217,21 +254,23 @@ def plan_pair(
     truth: Mask,
     goal: float,
     least: int,
+    proposed: Mapping[str, Mask],
 ) -> list[Plan]:
     """Return the cheaper of two ways: correct what is there, or wipe it and begin from nothing."""
     height, width = mask.shape
     wiped = away_box(mask, (0, 0, width, height))
-    ways = [_reject_false_alarms(mask, truth), [wiped] if mask.any() else []]
+    ways = [_reject_false_alarms(mask, truth, proposed), [wiped] if mask.any() else []]
     for plans in ways:
         now = plans[-1].mask if plans else mask
         for thing in objects_of(truth, least):
-            plans.append(plan_object(segmenter, embedding, now, thing, truth, goal))
+            plans.append(plan_object(segmenter, embedding, now, thing, truth, goal, proposed))
             now = plans[-1].mask
     return min(ways, key=lambda plans: sum(plan.cost for plan in plans))
 
 
-def _reject_false_alarms(mask: Mask, truth: Mask) -> list[Plan]:
-    """Drop specks if that harms nothing, then draw a box around each component far from truth."""
+def _reject_false_alarms(mask: Mask, truth: Mask, proposed: Mapping[str, Mask]) -> list[Plan]:
+    """Drop specks if that harms nothing, then take out each component far from truth: by the
+    proposal that covers it, else by a box around it."""
     near = dilate(truth, size_px=2 * NEAR_PX + 1)
     plans: list[Plan] = []
     specks = [crop for crop in components(mask)[1] if crop.area < SPECK_PX]
@@ -243,7 +282,18 @@ def _reject_false_alarms(mask: Mask, truth: Mask) -> list[Plan]:
         plans.append(Plan("drop specks", (Step("key", key="Shift+D"),), mask))
     for crop in components(mask)[1]:
         if not (crop.window(near) & crop.pixels).any():
-            plans.append(away_box(plans[-1].mask if plans else mask, crop.box_xyxy))
+            now = plans[-1].mask if plans else mask
+            part = np.zeros_like(mask)
+            crop.window(part)[crop.pixels] = True
+            fits = (
+                key
+                for key, pixels in proposed.items()
+                if not (part & ~pixels).any() and not (pixels & truth & now).any()
+            )
+            if key := next(fits, None):
+                plans.append(Plan("take out", by_proposal(key, "subtract"), now & ~proposed[key]))
+            elif (part & now).any():
+                plans.append(away_box(now, crop.box_xyxy))
     return plans
 
 

@@ -52,7 +52,7 @@ LEAST_PX = 12
 DRAWS = 2000
 VOID = 170
 SOURCES: tuple[ProposalSource, ...] = tuple(
-    s for s in get_args(ProposalSource) if s not in ("missed", "extra")
+    s for s in get_args(ProposalSource) if s not in ("candidate", "missed", "extra")
 )
 
 

@@ -95,6 +95,12 @@ def m014_unseen(db: Database) -> None:
     _run(db, "m014_unseen")
 
 
+@migrations()
+def m015_sweeps(db: Database) -> None:
+    """Keep which tiles of a pair a person has looked at from close by."""
+    _run(db, "m015_sweeps")
+
+
 def _run(db: Database, name: str) -> None:
     script = (SCRIPTS / f"{name}.sql").read_text(encoding="utf-8")
     mask = (SCRIPTS / "mask_columns.sql").read_text(encoding="utf-8").rstrip()

@@ -96,6 +96,24 @@ def encode_rle(mask: npt.ArrayLike) -> Rle:
     return _measured(height, width, encoded["counts"].decode("ascii"))
 
 
+def encode_crops(crops: Sequence[Crop], height: int, width: int) -> Rle:
+    """Encode the union of crops: only the columns that they lie in are read."""
+    if not crops:
+        return empty_rle(height, width)
+    left, right = min(c.x for c in crops), max(c.box_xyxy[2] for c in crops)
+    strip = np.zeros((height, right - left), np.bool_)
+    for crop in crops:
+        strip[crop.y : crop.box_xyxy[3], crop.x - left : crop.box_xyxy[2] - left] |= crop.pixels
+    runs = _run_lengths(encode_rle(strip).counts).tolist()
+    runs[0] += left * height
+    # Runs are of 0 and 1 in turn; columns after the strip go on with its last 0, or are one more.
+    rest = (width - right) * height
+    if rest:
+        runs = [*runs[:-1], runs[-1] + rest] if len(runs) % 2 else [*runs, rest]
+    encoded = coco.frPyObjects({"size": [height, width], "counts": runs}, height, width)
+    return _measured(height, width, encoded["counts"].decode("ascii"))
+
+
 def read_rle(height: int, width: int, counts: str) -> Rle:
     """Check run-lengths from outside and measure them.
 
@@ -329,6 +347,15 @@ def dilate(mask: Mask, *, size_px: int, times: int = 1) -> Mask:
     kernel = np.ones((size_px, size_px), np.uint8)
     grown: npt.NDArray[np.uint8] = cv2.dilate(mask.view(np.uint8), kernel, iterations=times)
     return grown.view(np.bool_)
+
+
+def shrunk(mask: Mask, step: int) -> Mask:
+    """Return a mask `step` times smaller: a pixel for every square of which a quarter is True."""
+    if step == 1:
+        return mask
+    rows, columns = (length // step for length in mask.shape)
+    inside = np.ascontiguousarray(mask[: rows * step, : columns * step]).view(np.uint8) * 255
+    return np.asarray(cv2.resize(inside, (columns, rows), interpolation=cv2.INTER_AREA)) >= 64
 
 
 def fill_holes(mask: Mask) -> Mask:

@@ -26,7 +26,14 @@ FINISHED: frozenset[str] = frozenset({"submitted", "approved", "confirmed_empty"
 """States in which a pair is locked against slips."""
 RevisionSource = Literal["import", "edit", "confirmed_empty", "api"]
 ProposalSource = Literal[
-    "region", "detector", "object_live", "object_reference", "prediction", "missed", "extra"
+    "region",
+    "detector",
+    "object_live",
+    "object_reference",
+    "candidate",
+    "prediction",
+    "missed",
+    "extra",
 ]
 PairLayer = Literal[
     "reference",

@@ -23,6 +23,7 @@ from reviewer.masks import (
     decode_rle,
     depth,
     dilate,
+    encode_crops,
     encode_png,
     encode_rle,
     fill_holes,
@@ -30,6 +31,7 @@ from reviewer.masks import (
     keep_touched,
     merge_rles,
     read_rle,
+    shrunk,
     union,
 )
 
@@ -201,3 +203,22 @@ def test_depth_is_the_distance_to_what_is_not_of_the_mask_or_beyond_the_picture(
     assert not deep[~mask].any()
     # The middle row is three rows from the outside; the left column touches the rim.
     np.testing.assert_allclose(deep[4, [0, 1, 2, 7]], [1, 2, 3, 1], atol=0.01)
+
+
+def test_crops_are_encoded_as_their_union_is():
+    rng = np.random.default_rng(5)
+    for _ in range(40):
+        mask = rng.random((14, 17)) < rng.choice([0.05, 0.3, 0.9])
+        mask[:, : rng.integers(0, 5)] = mask[:, 17 - rng.integers(0, 5) :] = False
+        crops = components(mask)[1]
+        assert encode_crops(crops, 14, 17) == encode_rle(mask)
+    corner = np.ones((14, 17), bool)
+    assert encode_crops(components(corner)[1], 14, 17) == encode_rle(corner)
+
+
+def test_a_shrunk_mask_keeps_what_fills_a_quarter_of_a_square():
+    mask = np.zeros((9, 10), bool)
+    mask[0:2, 0:2] = True  # a quarter of the first square of four
+    mask[4, 4] = True  # a sixteenth
+    assert np.argwhere(shrunk(mask, 4)).tolist() == [[0, 0]]
+    assert shrunk(mask, 4).shape == (2, 2) and shrunk(mask, 1) is mask

@@ -100,8 +100,8 @@ def test_the_pages_scripts_run(folder, monkeypatch, capsys, code):
     assert capsys.readouterr().out
 
 
-def test_the_page_has_twelve_queries():
-    assert len(blocks("sql")) == 12
+def test_the_page_has_thirteen_queries():
+    assert len(blocks("sql")) == 13
 
 
 @pytest.mark.parametrize("query", blocks("sql"))

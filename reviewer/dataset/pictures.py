@@ -8,8 +8,12 @@ as long, and a shortcut by size and time would miss a copy that kept both.
 from __future__ import annotations
 
 import hashlib
+from collections import OrderedDict
 from io import BytesIO
+from threading import Lock
+from typing import TypeVar
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 from PIL import Image as PillowImage
@@ -18,6 +22,14 @@ from PIL import ImageOps
 from reviewer.dataset.files import is_turned, read_rgb
 from reviewer.errors import InvalidInput, NotFound
 from reviewer.records import Image
+
+T = TypeVar("T", np.uint8, np.float32)
+
+LARGE_PX = 4_000_000
+MOST_DECODED = 4
+DECODED: OrderedDict[str, npt.NDArray[np.uint8]] = OrderedDict()
+"""Large pictures decoded last, by the hash of their file."""
+DECODING = Lock()
 
 
 def read_bytes(image: Image) -> bytes:
@@ -60,11 +72,30 @@ def upright_bytes(image: Image) -> bytes:
 
 
 def read_picture(image: Image) -> npt.NDArray[np.uint8]:
-    """Return an image as uint8 RGB (H, W, 3).
+    """Return an image as uint8 RGB (H, W, 3); a large one, not to be written to, may come from
+    memory: layers and clicks ask for it many times.
 
     Raises:
         NotFound: when it is gone.
         InvalidInput: when it is not the one that was imported.
     """
     read_bytes(image)
-    return read_rgb(image.path)
+    if image.height * image.width < LARGE_PX:
+        return read_rgb(image.path)
+    with DECODING:
+        if image.sha256 not in DECODED:
+            DECODED[image.sha256] = read_rgb(image.path)
+            DECODED[image.sha256].flags.writeable = False
+            while len(DECODED) > MOST_DECODED:
+                DECODED.popitem(last=False)
+        DECODED.move_to_end(image.sha256)
+        return DECODED[image.sha256]
+
+
+def shrunk_picture(picture: npt.NDArray[T], step: int) -> npt.NDArray[T]:
+    """Return a picture or a map `step` times smaller, each pixel the mean of a square."""
+    if step == 1:
+        return picture
+    rows, columns = (length // step for length in picture.shape[:2])
+    inside = picture[: rows * step, : columns * step]
+    return np.asarray(cv2.resize(inside, (columns, rows), interpolation=cv2.INTER_AREA))

@@ -18,13 +18,7 @@ from reviewer.editing.pictures import load_pictures
 from reviewer.editing.worker import Urgency, Worker
 from reviewer.masks import Mask, crop_to_box
 from reviewer.models.clicks.embeddings import EmbeddingCache
-from reviewer.models.interfaces import (
-    Candidate,
-    Click,
-    ClickPictures,
-    Embedding,
-    Prompt,
-)
+from reviewer.models.interfaces import Candidate, Click, Embedding, Prompt
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
@@ -34,6 +28,9 @@ from reviewer.words import SIDES, Side
 Window = tuple[slice, slice]
 LEAST_CROP_PX = 96
 CROP_MARGIN = 0.75
+LARGEST_WHOLE_PX, LARGE_CROP_PX = 1600, 768
+"""Longest side of a picture that is looked at as a whole, and of the window into a larger one."""
+CORNER = (slice(0, 64), slice(0, 64))
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +103,11 @@ class Clicks:
 
         def work() -> None:
             try:
-                self._embedding(pair_of_id(self._store, pair_id), run, picture, None)
+                pair = pair_of_id(self._store, pair_id)
+                if self._looks_at_whole((pair.live.height, pair.live.width)):
+                    self._embedding(pair, run, picture, None)
+                else:  # which window a click will want is not known yet, the pictures are
+                    load_pictures(self._store, pair, run, picture, CORNER)
             finally:  # a picture that cannot be had must not keep the others back
                 self._ahead(client, rest, run)
 
@@ -115,7 +116,7 @@ class Clicks:
     def _answer(self, request: ClickRequest) -> ClickAnswer:
         pair = pair_of_id(self._store, request.pair_id)
         shape = (pair.live.height, pair.live.width)
-        window = crop_window(request.prompt, shape) if request.crop else None
+        window = self._window(request, shape)
         start = time.perf_counter()
         embedding = self._embedding(pair, request.run, request.picture, window)
         embedded = time.perf_counter()
@@ -135,19 +136,20 @@ class Clicks:
         stages = stage_keys(self._store, run.id, [pair.id])[pair.id] if run else {}
         made_of = (stages.get("align"), stages.get("detect"))
         key = (pair.id, picture, run.id if run else 0, made_of, place)
+        return self._cache.get(key, lambda: load_pictures(self._store, pair, run, picture, window))
 
-        def load() -> ClickPictures:
-            seen = load_pictures(self._store, pair, run, picture)
-            if window is None:
-                return seen
-            return ClickPictures(
-                seen.image[window],
-                None if seen.other is None else seen.other[window],
-                None if seen.confidence is None else seen.confidence[window],
-                None if seen.change is None else seen.change[window],
-            )
+    def _window(self, request: ClickRequest, shape: tuple[int, int]) -> Window | None:
+        """Return where to look: the whole; a window of a large picture, wide enough for all that a
+        segmenter looks at, and the same one for clicks near each other; or a close one to look
+        again. A costly embedding is made once, of the whole."""
+        if request.crop:
+            return crop_window(request.prompt, shape)
+        if self._looks_at_whole(shape):
+            return None
+        return crop_window(request.prompt, shape, LARGE_CROP_PX, LARGE_CROP_PX // 3)
 
-        return self._cache.get(key, load)
+    def _looks_at_whole(self, shape: tuple[int, int]) -> bool:
+        return self._cache.segmenter.keeps_embeddings or max(shape) <= LARGEST_WHOLE_PX
 
 
 def keep_best(
@@ -159,8 +161,10 @@ def keep_best(
     return [best, *found]
 
 
-def crop_window(prompt: Prompt, shape: tuple[int, int]) -> Window:
-    """Return the window around everything a prompt names, with a margin."""
+def crop_window(
+    prompt: Prompt, shape: tuple[int, int], least_px: int = LEAST_CROP_PX, grid_px: int = 1
+) -> Window:
+    """Return the window around everything a prompt names, with a margin; it begins on a grid."""
     xs = [click.x for click in prompt.clicks]
     ys = [click.y for click in prompt.clicks]
     boxes = [] if prompt.box_xyxy is None else [prompt.box_xyxy]
@@ -170,10 +174,11 @@ def crop_window(prompt: Prompt, shape: tuple[int, int]) -> Window:
     for box in boxes:
         xs += [box[0], box[2]]
         ys += [box[1], box[3]]
-    side = max(LEAST_CROP_PX, (1 + CROP_MARGIN) * max(max(xs) - min(xs), max(ys) - min(ys)))
+    side = max(least_px, (1 + CROP_MARGIN) * max(max(xs) - min(xs), max(ys) - min(ys)))
     spans = []
     for middle, length in ((_middle(ys), shape[0]), (_middle(xs), shape[1])):
-        start = int(min(max(middle - side / 2, 0), max(length - side, 0)))
+        start = (middle - side / 2) // grid_px * grid_px
+        start = int(min(max(start, 0), max(length - side, 0)))
         spans.append(slice(start, int(min(start + side, length))))
     return spans[0], spans[1]
 

@@ -1,59 +1,64 @@
 """Proposals: every mask that somebody or something suggests for a pair, as one list.
 
-Sources are DoI regions, components of M_o, objects found on both images, the prediction of another
-run, and, once a person has drawn, where the person and the prediction disagree. A proposal's key
-stays the same while its run does, so the tool logs of a pair's revisions tell what became of it.
+Sources are DoI regions, components of M_o, objects found on both images, candidates that none of
+these covers, the prediction of another run, and, once a person has drawn, where the person and the
+prediction disagree. A proposal's key stays the same while its run does, so the tool logs of a
+pair's revisions tell what became of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections import OrderedDict
+from collections.abc import Iterable
+from threading import Lock
 
 import cv2
 import numpy as np
 
-from reviewer.masks import Crop, Mask, Rle, components, decode_rle, encode_rle
-from reviewer.pipeline.stored import live_masks, region_pixels
+from reviewer.dataset.pictures import read_picture
+from reviewer.editing.candidates import find_candidates
+from reviewer.editing.ranking import Evidence, Proposal, rank
+from reviewer.masks import (
+    Mask,
+    Rle,
+    components,
+    decode_rle,
+    encode_crops,
+    encode_rle,
+    merge_rles,
+)
+from reviewer.pipeline.fields import load_probability
+from reviewer.pipeline.stored import live_runs, region_crops, warped_view
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import load_detection, load_objects
 from reviewer.store.regions import load_final_mask, load_regions
 from reviewer.store.revisions import list_actions, newest_revision
+from reviewer.store.stages_done import pair_overview
 from reviewer.words import ProposalSource
+
+_Found = tuple[str, float | None, int | None, Rle]
 
 LEAST_PX = 4
 SLIVER_PX = 3
-
-
-@dataclass(frozen=True, slots=True)
-class Proposal:
-    """A mask that is proposed.
-
-    Attributes:
-        key: "run id/source/number".
-        score: what its source says of it, in [0, 1]; None where it says nothing.
-        region_id: the region under DoI that it is.
-        outcome: what a person did with it last, as the tool log names it; None for nothing.
-    """
-
-    key: str
-    source: ProposalSource
-    run: str
-    number: int
-    label: str
-    score: float | None
-    region_id: int | None
-    mask: Rle
-    outcome: str | None
+LARGEST_COVER = 0.25
+COVERING: tuple[ProposalSource, ...] = ("region", "detector", "object_live", "object_reference")
+MOST_KEPT = 64
+FOUND_BEFORE: OrderedDict[tuple[object, ...], list[_Found]] = OrderedDict()
+"""Candidates found last: they are looked for in the pixels, and a pair is opened more than once."""
+ONE_AT_A_TIME = Lock()
+DISAGREEMENTS: tuple[ProposalSource, ...] = ("missed", "extra")
 
 
 def list_proposals(
     store: Store, pair: Pair, run: Run, sources: Iterable[ProposalSource]
 ) -> list[Proposal]:
-    """Return the proposals of a run for a pair, source by source, largest score first.
+    """Return the proposals of a run for a pair, the likeliest change first (see `ranking`).
 
-    Sources: "prediction" are the components of the final mask; "missed" is what the prediction has
+    Disagreements come as they are, those of the prediction first, the largest first.
+
+    Sources: "candidate" is what looks changed and no other source covers (see `candidates`);
+    "prediction" are the components of the final mask; "missed" is what the prediction has
     and the ground truth has not, "extra" the other way round, both without slivers at the borders.
     """
     outcomes = outcomes_of(store, pair.id)
@@ -66,7 +71,26 @@ def list_proposals(
                     key, source, run.name, number, label, score, region_id, mask, outcomes.get(key)
                 )
             )
-    return found
+    plain = [proposal for proposal in found if proposal.source in DISAGREEMENTS]
+    others = [proposal for proposal in found if proposal.source not in DISAGREEMENTS]
+    return [*rank(others, _evidence(store, pair, run)), *plain] if others else plain
+
+
+def _evidence(store: Store, pair: Pair, run: Run) -> Evidence:
+    shape = pair.live.height, pair.live.width
+    final = load_final_mask(store, run.id, pair.id)
+    detection = load_detection(store, run.id, pair.id)
+    probability = None if detection is None else load_probability(detection)
+    if probability is None:
+        mask = np.zeros(shape, np.bool_) if detection is None else decode_rle(detection.mask)
+        probability = mask.astype(np.float32)
+    regions = load_regions(store, run.id, pair.id)
+    return Evidence(
+        np.zeros(shape, np.bool_) if final is None else decode_rle(final),
+        probability,
+        frozenset(r.id for r in regions if r.outcome == "adopt"),
+        frozenset(r.id for r in regions if r.region.reason == "seen_in_reference"),
+    )
 
 
 def outcomes_of(store: Store, pair_id: int) -> dict[str, str]:
@@ -74,17 +98,18 @@ def outcomes_of(store: Store, pair_id: int) -> dict[str, str]:
     outcomes: dict[str, list[str]] = {}
     for action in list_actions(store, pair_id):
         key, tool = action.get("proposal"), action.get("tool")
-        if not isinstance(key, str) or not isinstance(tool, str):
+        keys = action.get("proposals") or [key]
+        if not isinstance(tool, str) or not isinstance(keys, list):
             continue
-        done = outcomes.setdefault(key, [])
-        if tool != "undo":
-            done.append(str(action.get("of", tool)))
-        elif done:
-            done.pop()
+        for each in keys:
+            if not isinstance(each, str):
+                continue
+            done = outcomes.setdefault(each, [])
+            if tool != "undo":
+                done.append(str(action.get("of", tool)))
+            elif done:
+                done.pop()
     return {key: done[-1] for key, done in outcomes.items() if done}
-
-
-_Found = tuple[str, float | None, int | None, Rle]
 
 
 def _of(store: Store, pair: Pair, run: Run, source: ProposalSource) -> list[_Found]:
@@ -100,6 +125,8 @@ def _of(store: Store, pair: Pair, run: Run, source: ProposalSource) -> list[_Fou
             for thing in load_objects(store, run.id, pair.id)
             if thing.side == side
         ]
+    if source == "candidate":
+        return _candidates(store, pair, run)
     final = load_final_mask(store, run.id, pair.id)
     if final is None:
         return []
@@ -109,6 +136,30 @@ def _of(store: Store, pair: Pair, run: Run, source: ProposalSource) -> list[_Fou
     newest = newest_revision(store, pair.id)
     truth = np.zeros_like(predicted) if newest is None else decode_rle(newest.mask)
     return _parts(only_in(predicted, truth) if source == "missed" else only_in(truth, predicted))
+
+
+def _candidates(store: Store, pair: Pair, run: Run) -> list[_Found]:
+    seen = pair_overview(store, run.id, pair.id)
+    if not (seen.aligned and seen.integrated):
+        return []
+    key = (store.path, run.id, pair.id, seen.version)
+    with ONE_AT_A_TIME:
+        if key not in FOUND_BEFORE:
+            FOUND_BEFORE[key] = _look_for_candidates(store, pair, run)
+            while len(FOUND_BEFORE) > MOST_KEPT:
+                FOUND_BEFORE.popitem(last=False)
+        return FOUND_BEFORE[key]
+
+
+def _look_for_candidates(store: Store, pair: Pair, run: Run) -> list[_Found]:
+    warped, valid, confidence = warped_view(store, run, pair)
+    sure = valid.astype(np.float32) if confidence is None else np.where(valid, confidence, 0)
+    proposed = [mask for source in COVERING for _, _, _, mask in _of(store, pair, run, source)]
+    # What fills much of the picture covers no small thing in it.
+    small = [mask for mask in proposed if mask.area < LARGEST_COVER * valid.size]
+    covered = merge_rles(small, *valid.shape)
+    found = find_candidates(read_picture(pair.live), warped, np.asarray(sure, np.float32), covered)
+    return [("", strength, None, encode_rle(mask)) for strength, mask in found]
 
 
 def only_in(first: Mask, second: Mask) -> Mask:
@@ -128,12 +179,13 @@ def _regions(store: Store, pair: Pair, run: Run) -> list[_Found]:
     detection = load_detection(store, run.id, pair.id)
     if not stored or detection is None:
         return []
-    labels, _ = components(decode_rle(detection.mask))
-    objects = live_masks(store, run.id, pair.id)
+    _, parts = components(decode_rle(detection.mask))
+    objects = live_runs(store, run.id, pair.id)
+    height, width = pair.live.height, pair.live.width
     found: list[_Found] = []
     for region in stored:
-        thing, parts = region_pixels(region.region, objects, labels)
-        mask = encode_rle(parts if thing is None else thing)
+        things, mine = region_crops(region.region, objects, parts)
+        mask = encode_crops(mine if things is None else things, height, width)
         found.append((region.labels, region.region.doi, region.id, mask))
     return found
 
@@ -142,10 +194,4 @@ def _parts(mask: Mask) -> list[_Found]:
     """Return the components of a mask, largest first."""
     crops = [crop for crop in components(mask)[1] if crop.area >= LEAST_PX]
     crops.sort(key=lambda crop: -crop.area)
-    return [("", None, None, encode_rle(_whole(crop, mask.shape))) for crop in crops]
-
-
-def _whole(crop: Crop, shape: Sequence[int]) -> Mask:
-    mask = np.zeros(shape, np.bool_)
-    crop.window(mask)[...] = crop.pixels
-    return mask
+    return [("", None, None, encode_crops([crop], *mask.shape)) for crop in crops]

@@ -23,6 +23,9 @@ from reviewer.pipeline.judging import judge, judge_detection
 from reviewer.records import Pair, Run
 from reviewer.store.layers import StoredAlignment, StoredDetection
 
+Part = tuple[slice, slice]
+"""Rows and columns of a picture."""
+
 STRIDE = 4
 STEP = 32.0
 
@@ -46,8 +49,16 @@ def pack_confidence(confidence: Field) -> bytes:
     return probability_png(_coarse(cv2.blur(confidence, around, borderType=cv2.BORDER_REPLICATE)))
 
 
-def unpack_flow(data: bytes, height: int, width: int, stride: int = STRIDE) -> Field:
-    """Return the float32 flow field (H, W, 2) of packed bytes.
+def unpack_flow(
+    data: bytes,
+    height: int,
+    width: int,
+    stride: int = STRIDE,
+    part: Part | None = None,
+    step: int = 1,
+) -> Field:
+    """Return the float32 flow field (H, W, 2) of packed bytes, or of a part, rows and columns; with
+    `step` at each so many pixels, still in pixels.
 
     Raises:
         InvalidInput: when the bytes do not fit the size.
@@ -57,7 +68,7 @@ def unpack_flow(data: bytes, height: int, width: int, stride: int = STRIDE) -> F
         values = np.frombuffer(zlib.decompress(data), "<i2").reshape(rows, columns, 2)
     except (zlib.error, ValueError) as error:
         raise InvalidInput(f"flow: does not fit an image of {width}x{height}, {error}") from error
-    return _full(values.astype(np.float32) / STEP, height, width, stride)
+    return _full(values.astype(np.float32) / STEP, height, width, stride, part, step)
 
 
 def _coarse(field: Field) -> Field:
@@ -68,10 +79,18 @@ def _coarse(field: Field) -> Field:
     return np.asarray(found, np.float32)
 
 
-def _full(samples: Field, height: int, width: int, stride: int) -> Field:
-    """Return the field between its samples."""
+def _full(
+    samples: Field, height: int, width: int, stride: int, part: Part | None = None, step: int = 1
+) -> Field:
+    """Return the field between its samples: all of it, or a part; at each `step`-th pixel, in the
+    middle of those that it stands for."""
+    rows, columns = part or (slice(0, height), slice(0, width))
+    half = (step - 1) / 2
     x, y = np.meshgrid(
-        np.arange(width, dtype=np.float32) / stride, np.arange(height, dtype=np.float32) / stride
+        *(
+            (np.arange(s.start, s.stop - step + 1, step, dtype=np.float32) + half) / stride
+            for s in (columns, rows)
+        )
     )
     full = cv2.remap(samples, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(full, np.float32)
@@ -112,19 +131,20 @@ def packing(run: Run) -> Packing:
     return Packing(lambda values: store_detection(values, threshold), pack_imported_flow)
 
 
-def load_flow(alignment: StoredAlignment) -> Field:
-    """Return the kept flow, float32 (H, W, 2)."""
-    valid = alignment.valid
-    return unpack_flow(alignment.flow, valid.height, valid.width, alignment.flow_stride)
+def load_flow(alignment: StoredAlignment, part: Part | None = None, step: int = 1) -> Field:
+    """Return the kept flow, float32 (H, W, 2), or a part of it; see `unpack_flow`."""
+    height, width = alignment.valid.height, alignment.valid.width
+    return unpack_flow(alignment.flow, height, width, alignment.flow_stride, part, step)
 
 
-def load_confidence(alignment: StoredAlignment) -> Field | None:
-    """Return the kept confidence, float32 (H, W) in [0, 1]; None where the aligner has none."""
+def load_confidence(alignment: StoredAlignment, part: Part | None = None) -> Field | None:
+    """Return the kept confidence, float32 (H, W) in [0, 1], or a part of it; None where the aligner
+    has none."""
     if alignment.confidence_png is None:
         return None
     valid = alignment.valid
     samples = _read_grey(alignment.confidence_png)
-    return _full(samples, valid.height, valid.width, alignment.flow_stride)
+    return _full(samples, valid.height, valid.width, alignment.flow_stride, part)
 
 
 def store_detection(probability: Field, threshold: float) -> StoredDetection:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
 
-from reviewer.dataset.pictures import read_picture
+from reviewer.dataset.pictures import read_picture, shrunk_picture
 from reviewer.doi import Region, compose
 from reviewer.errors import Conflict, NotFound
-from reviewer.masks import Mask, decode_rle, union
+from reviewer.masks import Crop, Mask, Rle, crop_of_rle, decode_rle, shrunk, union
 from reviewer.models.interfaces import Field, Image
 from reviewer.models.warping import warp_image
-from reviewer.pipeline.fields import load_confidence, load_flow
+from reviewer.pipeline.fields import Part, load_confidence, load_flow
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
 from reviewer.store.layers import (
@@ -72,13 +72,32 @@ def region_pixels(
     return (union(found, *parts.shape) if found else None), parts
 
 
-def live_masks(store: Store, run_id: int, pair_id: int) -> dict[int, Mask]:
-    """Return the masks of a pair's live objects by number."""
+def region_crops(
+    region: Region, objects: Mapping[int, Rle], parts: Sequence[Crop]
+) -> tuple[list[Crop] | None, list[Crop]]:
+    """Return what `region_pixels` does, as crops: a fraction of the time on a large picture.
+
+    Args:
+        objects: run-lengths of the live objects by number.
+        parts: components of M_o as `masks.components` numbers them.
+    """
+    mine = [parts[number] for number in region.component_indices]
+    found = [crop_of_rle(objects[number]) for number in region.object_indices]
+    return [crop for crop in found if crop is not None] if found else None, mine
+
+
+def live_runs(store: Store, run_id: int, pair_id: int) -> dict[int, Rle]:
+    """Return the run-lengths of a pair's live objects by number."""
     return {
-        thing.number: decode_rle(thing.mask)
+        thing.number: thing.mask
         for thing in load_objects(store, run_id, pair_id)
         if thing.side == "live"
     }
+
+
+def live_masks(store: Store, run_id: int, pair_id: int) -> dict[int, Mask]:
+    """Return the masks of a pair's live objects by number."""
+    return {n: decode_rle(mask) for n, mask in live_runs(store, run_id, pair_id).items()}
 
 
 def stored_alignment(store: Store, run: Run, pair: Pair) -> StoredAlignment:
@@ -93,18 +112,26 @@ def stored_alignment(store: Store, run: Run, pair: Pair) -> StoredAlignment:
     return alignment
 
 
-def warped_reference(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask]:
-    """Return the warped reference and the valid mask of a pair; raises as `stored_alignment`."""
-    return _warped(pair, stored_alignment(store, run, pair))
-
-
-def warped_view(store: Store, run: Run, pair: Pair) -> tuple[Image, Mask, Field | None]:
-    """Return what `warped_reference` does, and the confidence of the alignment, float32 (H, W);
-    None where the aligner has none. Raises as `stored_alignment`."""
+def warped_reference(store: Store, run: Run, pair: Pair, step: int = 1) -> tuple[Image, Mask]:
+    """Return the warped reference and the valid mask of a pair, `step` times smaller; raises as
+    `stored_alignment`."""
     alignment = stored_alignment(store, run, pair)
-    return *_warped(pair, alignment), load_confidence(alignment)
+    picture = shrunk_picture(read_picture(pair.reference), step)
+    warped = warp_image(picture, load_flow(alignment, None, step) / np.float32(step))
+    return warped, shrunk(decode_rle(alignment.valid), step)
 
 
-def _warped(pair: Pair, alignment: StoredAlignment) -> tuple[Image, Mask]:
-    warped = warp_image(read_picture(pair.reference), load_flow(alignment))
-    return warped, decode_rle(alignment.valid)
+def warped_view(
+    store: Store, run: Run, pair: Pair, part: Part | None = None
+) -> tuple[Image, Mask, Field | None]:
+    """Return what `warped_reference` does, and the confidence of the alignment, float32 (H, W);
+    None where the aligner has none; all of a part, where one is named. Raises as
+    `stored_alignment`."""
+    alignment = stored_alignment(store, run, pair)
+    flow, valid = load_flow(alignment, part), decode_rle(alignment.valid)
+    if part is not None:
+        rows, columns = part
+        flow = flow + np.array([columns.start, rows.start], np.float32)
+        valid = valid[part]
+    warped = warp_image(read_picture(pair.reference), flow)
+    return warped, valid, load_confidence(alignment, part)

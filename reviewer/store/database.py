@@ -14,8 +14,9 @@ import importlib.util
 import queue
 import sqlite3
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeVar
@@ -110,6 +111,16 @@ class Store:
             self._local.connection = connection
             self._keep(connection)
         return connection
+
+    @contextmanager
+    def snapshot(self) -> Iterator[None]:
+        """Let all reads of this thread see the database as it is at the first of them."""
+        connection = self.read()
+        connection.execute("BEGIN")
+        try:
+            yield
+        finally:
+            connection.execute("COMMIT")
 
     def _keep(self, connection: sqlite3.Connection) -> None:
         """Note a reader, and close those whose threads have ended."""

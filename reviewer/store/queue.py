@@ -63,6 +63,7 @@ def list_queue(
     state: PairState | None = None,
     team: TeamState | None = None,
     order: QueueOrder = "name",
+    search: str = "",
     pair_ids: Sequence[int] | None = None,
     limit: int = 100,
     offset: int = 0,
@@ -70,6 +71,10 @@ def list_queue(
     """Return a page of the queue and the number of pairs on all pages; of some pairs if named.
 
     A skipped pair is nothing that the team has to do: with `team` it is left out.
+
+    Args:
+        search: words that each stand in "split/name" or in the label of an object that the run
+            found there; "split/7" also means the pair of that number, which then comes first.
 
     Raises:
         InvalidInput: when the order is unknown.
@@ -86,6 +91,7 @@ def list_queue(
             (SELECT count(*) FROM reviews o WHERE o.pair_id = p.id
                 AND o.state <> 'in_progress' AND o.annotator_id <> :annotator) AS done_by_others,
             coalesce(t.number, 0) AS revision, t.area AS truth_px, d.area AS change_px,
+            lower(s.name) || '/' || ltrim(p.name, '0') AS numbered,
             g.max_doi, coalesce(g.inspect, 0) AS inspect,
             coalesce((SELECT f.stage || ' failed: ' || f.message FROM failures f
                 WHERE f.pair_id = p.id AND f.run_id = :run LIMIT 1),
@@ -103,18 +109,26 @@ def list_queue(
     ) SELECT *, count(*) OVER () AS total FROM entries
     WHERE (:state IS NULL OR state = :state)
     AND (:team IS NULL OR (team = :team AND state <> 'skipped'))
+    AND NOT EXISTS (SELECT 1 FROM json_each(:words) w WHERE w.value <> numbered
+        AND NOT instr(lower(split || '/' || name), w.value)
+        AND NOT EXISTS (SELECT 1 FROM objects o WHERE o.pair_id = entries.id
+            AND o.run_id = :run AND instr(lower(o.label), w.value)))
     """
+    words = search.lower().split()
     values = {
         "annotator": annotator_id,
         "run": run_id,
         "split": split,
         "state": state,
         "team": team,
+        "words": json.dumps(words),
+        "first": " ".join(words),
         "ids": None if pair_ids is None else json.dumps(list(pair_ids)),
         "limit": limit,
         "offset": offset,
     }
-    query = f"{entries} ORDER BY {ORDERS[order]} LIMIT :limit OFFSET :offset"
+    exact = "(:first NOT IN (numbered, lower(split || '/' || name)))"
+    query = f"{entries} ORDER BY {exact}, {ORDERS[order]} LIMIT :limit OFFSET :offset"
     rows = store.read().execute(query, values).fetchall()
     found = [
         QueueEntry(
@@ -141,6 +155,7 @@ def list_queue(
             split=split,
             state=state,
             team=team,
+            search=search,
             pair_ids=pair_ids,
             limit=1,
         )

@@ -2,7 +2,8 @@
  * What keys and buttons do: one function for each action of the key table.
  * @typedef {{state: import("./state.js").State, session: import("./pair_session.js").PairSession,
  *   side: import("./side.js").Side, modes: import("./modes.js").Modes,
- *   looking: import("./looking.js").Looking}} Parts
+ *   looking: import("./looking.js").Looking, jump: import("./panels/jump.js").Jump,
+ *   sweep: import("./sweep.js").Sweep}} Parts
  */
 import { dropSpecks, fillHoles, grow, keepComponent, shrink, smooth } from "./cleanup.js";
 import { $, attempt, notice } from "./chrome.js";
@@ -22,7 +23,7 @@ export const CLEANUPS = {
 };
 
 /** @param {Parts} parts @returns {Record<string, (down: boolean) => unknown>} */
-export function actionsOf({ state, session, side, modes, looking }) {
+export function actionsOf({ state, session, side, modes, looking, jump, sweep }) {
   const { hand } = session;
 
   /** @param {"radius" | "opacity" | "brightness" | "contrast"} name @param {number} value
@@ -79,6 +80,8 @@ export function actionsOf({ state, session, side, modes, looking }) {
     ...Object.fromEntries(Object.keys(CLEANUPS).map((name) => [name, () => cleanUp(name)])),
     ...Object.fromEntries(["add", "subtract", "replace", "ill-posed"].map((way) => [way, () => session.apply(way)])),
     "reject-proposal": () => session.apply("reject"),
+    // The key may come before the list does.
+    "reject-rest": () => side.loading.then(() => session.rejectRest()),
     target: () => {
       hand.complete();
       state.change({ target: state.target === "mask" ? "ignore" : "mask" });
@@ -100,6 +103,7 @@ export function actionsOf({ state, session, side, modes, looking }) {
     swipe: (down) => state.hold({ swiping: down }),
     outline: () => state.change({ outline: !state.outline }),
     unseen: () => state.change({ veiled: !state.veiled }),
+    sweep: () => sweep.next(),
     fit: () => looking.fitAll(),
     goto: () => looking.goToProposal(),
     fainter: () => set("opacity", state.opacity - 0.1, 0, 1),
@@ -120,6 +124,7 @@ export function actionsOf({ state, session, side, modes, looking }) {
     skip: () => modes.skip(),
     reopen: () => state.pair?.state === "skipped" ? modes.takeUp(state.pair.id) : session.setState("in_progress"),
     next: () => modes.step(1),
+    jump: () => jump.open(),
     previous: () => modes.step(-1),
     side: turn,
     mode: () => modes.change(MODES[(MODES.indexOf(state.mode) + 1) % MODES.length]),

@@ -1,7 +1,7 @@
 /**
  * Talk to the gateway: JSON over HTTP, and the desk's WebSocket. Knows URLs and errors, no state.
  * @import {ClickChange, ClickReply, Committed, DoubtfulRegionInfo, EdgePath, FromFrame, JudgedPair, LivePoint,
- *   MaskChange, MaskReply, Me, PairDetail, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateChange,
+ *   MaskChange, MaskReply, Me, OpenedPair, PairDetail, PairPage, ProposalInfo, Reasons, RevisionInfo, RunInfo, StateChange, SweepInfo,
  *   StateReply, ToFrame, VerdictChange} from "./wire.js"
  */
 
@@ -46,6 +46,19 @@ export const api = {
   pair: (id, run) => call(`/api/pairs/${id}${run ? `?run=${encodeURIComponent(run)}` : ""}`),
   /** @param {number} id @returns {Promise<MaskReply>} */
   mask: (id) => call(`/api/pairs/${id}/mask`, { headers: { Accept: "application/json" } }),
+  /** A pair with its mask and proposals; the browser keeps it, and asks whether it still holds.
+   * @param {number} id @param {string | null} run
+   * @param {{sources: string[], run: string | null}} proposed and of which other run
+   * @returns {Promise<OpenedPair>} */
+  open: (id, run, proposed) => {
+    const query = new URLSearchParams(proposed.sources.map((source) => ["source", source]));
+    if (run) query.set("run", run);
+    if (proposed.run) query.set("proposals_of", proposed.run);
+    return call(`/api/pairs/${id}/open?${query}`);
+  },
+  /** @param {string} search words @param {string | null} run @param {number} limit
+   * @returns {Promise<PairPage>} */
+  findPairs: (search, run, limit) => call(`/api/pairs?${new URLSearchParams({ search, limit: String(limit), ...(run ? { run } : {}) })}`),
   /** @param {number} id @param {number} revision @param {MaskChange} change
    * @returns {Promise<Committed>} */
   putMask: (id, revision, change) =>
@@ -58,6 +71,8 @@ export const api = {
   /** @param {number} id @param {string | null} run whose regions are rejected @param {boolean} skipped
    * @returns {Promise<PairDetail>} */
   skip: (id, run, skipped) => call(`/api/pairs/${id}/skip`, send("PUT", { run, skipped })),
+  /** @param {number} id @param {number} tile that was swept @returns {Promise<SweepInfo>} */
+  sweep: (id, tile) => call(`/api/pairs/${id}/sweep`, send("PUT", { tile })),
   /** @returns {Promise<Me>} */
   me: () => call("/api/me"),
   /** @param {number} id @returns {Promise<RevisionInfo[]>} */
@@ -111,11 +126,12 @@ export const api = {
    * @returns {Promise<JudgedPair>} */
   standing: (audit, stands) => call(`/api/audits/${audit}`, send("PUT", { stands })),
   /** @param {{id: number, run: string | null, version: string}} pair @param {string} layer
-   * @param {boolean} [judged] with people's verdicts */
-  layerUrl: (pair, layer, judged = true) => {
+   * @param {boolean} [judged] with people's verdicts @param {number} [level] halves the size, each */
+  layerUrl: (pair, layer, judged = true, level = 0) => {
     const query = new URLSearchParams({ v: pair.version });
     if (pair.run) query.set("run", pair.run);
     if (!judged && ["doi", "prediction"].includes(layer)) query.set("judged", "false");
+    if (level) query.set("level", String(level));
     return `/api/pairs/${pair.id}/layers/${layer}.png?${query}`;
   },
 };

@@ -8,7 +8,7 @@ import { keepsRadius } from "./tools/brush.js";
 import { truthLine } from "./truth.js";
 
 /** @type {Record<string, string>} */
-const STATES = {
+export const STATES = {
   todo: "to do",
   in_progress: "in progress",
   submitted: "submitted",

@@ -6,6 +6,7 @@
 import { api, openDesk } from "./api.js";
 import { $, attempt, notice } from "./chrome.js";
 import { LAYERS } from "./layers.js";
+import { proposedIn } from "./pair_session.js";
 
 const SHOWN_MS = 150;
 
@@ -14,7 +15,7 @@ export class DeskLink {
    * @param {import("./surroundings.js").Surroundings} around
    * @param {{here: () => void, away: () => void, start: () => Promise<void>,
    *   settled: (first: boolean) => Promise<void>, runs: (runs: import("./wire.js").RunInfo[]) => void,
-   *   ahead: (url: string) => void}} on
+   *   ahead: (pair: import("./state.js").Pair, layer: string) => void}} on
    *   start: it is known who is signed in; settled: the first pair is there; ahead: a picture may
    *   be wanted soon */
   constructor(state, session, around, on) {
@@ -108,9 +109,9 @@ export class DeskLink {
   /** Decode the pictures of a pair before it is asked for. @param {number} id */
   async loadAhead(id) {
     const { state } = this;
-    const pair = await api.pair(id, state.run);
+    const { pair } = await api.open(id, state.run, proposedIn(state));
     for (const name of new Set(state.layers.flatMap((layer) => [LAYERS[layer].base, LAYERS[layer].overlay]))) {
-      if (name && pair.layers.includes(name)) this.on.ahead(api.layerUrl(pair, name, !state.second));
+      if (name && pair.layers.includes(name)) this.on.ahead(pair, name);
     }
   }
 }

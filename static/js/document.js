@@ -5,6 +5,7 @@
  * @typedef {import("./history.js").Layer} Layer
  * @typedef {import("./history.js").Entry} Entry
  * @typedef {import("./history.js").Patch} Patch
+ * @typedef {import("./history.js").Rejection} Rejection
  * @typedef {import("./raster.js").Mask} Mask
  * @typedef {import("./raster.js").Box} Box
  * @typedef {{tool: string, [more: string]: unknown}} Action an entry of the tool log
@@ -81,18 +82,39 @@ export class PairDocument {
     return this.replace(layer, APPLY[way](rest, pixels), action);
   }
 
-  /** Take the newest action back, or do it again. @param {"undo" | "redo"} way @param {Patch} patch */
-  step(way, patch) {
+  /** Reject proposals, as one action: it draws nothing, and can be taken back all the same.
+   * @param {import("./state.js").Proposal[]} proposals */
+  reject(proposals) {
+    const before = Object.fromEntries(proposals.map(({ key, outcome }) => [key, outcome]));
+    const [key, ...more] = Object.keys(before);
+    const action = { tool: "reject", ...(more.length ? { proposals: [key, ...more] } : { proposal: key }) };
+    const entry = { before, action };
+    this.history.push(entry);
+    this.save(action, "mask", entry);
+    this.state.judge(proposals, "reject");
+  }
+
+  /** Take the newest action back, or do it again. @param {"undo" | "redo"} way
+   * @param {Patch | Rejection} entry */
+  step(way, entry) {
     this.history[way](this.masks);
-    this.runs[patch.layer].touch(this.masks[patch.layer], patch.box);
-    this.state.draw(patch.layer, patch.box);
-    const { tool, proposal } = /** @type {Action} */ (patch.action);
-    this.save({ tool: way, of: tool, ...(proposal ? { proposal } : {}) }, patch.layer, null);
+    const { tool, proposal, proposals } = /** @type {Action} */ (entry.action);
+    const action = { tool: way, of: tool, ...(proposal ? { proposal } : {}), ...(proposals ? { proposals } : {}) };
+    if ("before" in entry) {
+      this.save(action, "mask", null);
+      const judged = this.state.proposals.filter(({ key }) => key in entry.before);
+      for (const each of judged) each.outcome = way === "undo" ? entry.before[each.key] : tool;
+      this.state.tell("pair", false);
+      return;
+    }
+    this.runs[entry.layer].touch(this.masks[entry.layer], entry.box);
+    this.state.draw(entry.layer, entry.box);
+    this.save(action, entry.layer, null);
     if (proposal) this.state.tell("judged");
   }
 
   /** Hand the layers in. @param {Action} action @param {Layer} layer which the action drew
-   * @param {Patch | null} patch new in the history */
+   * @param {Entry | null} patch new in the history */
   save(action, layer, patch) {
     const { pair, revision, mode } = this.state;
     if (!pair) return;

@@ -1,13 +1,15 @@
 /**
  * Undo and redo: two stacks of patches, one entry an action. A patch holds which pixels of its box
  * flipped, a bit each, so taking it back and doing it again are the same work, and unlimited
- * entries are cheap to keep. A verdict is an entry too: it flips nothing here.
+ * entries are cheap to keep. A verdict and a rejection are entries too: they flip nothing here.
  * @typedef {import("./raster.js").Mask} Mask
  * @typedef {import("./raster.js").Box} Box
  * @typedef {"mask" | "ignore"} Layer
  * @typedef {Record<Layer, Mask>} Masks
  * @typedef {{layer: Layer, box: Box, flips: Uint8Array, action: {tool: string}}} Patch
- * @typedef {Patch | import("./verdicts.js").Judged} Entry
+ * @typedef {{before: Record<string, string | null>, action: {tool: string}}} Rejection proposals that
+ *   were rejected, by key, with what had been made of each before
+ * @typedef {Patch | Rejection | import("./verdicts.js").Judged} Entry
  */
 
 export class History {

@@ -42,6 +42,7 @@ export const KEYS = [
   { key: "s", action: "swipe", title: "Swipe: reference left of the cursor (hold)", group: "Look", held: true },
   { key: "n", action: "outline", title: "Outline only", group: "Look" },
   { key: "Shift+u", action: "unseen", title: "Veil what the run has not seen, on live and reference", group: "Look" },
+  { key: "Shift+ ", action: "sweep", title: "Sweep: look at the next tile from close by", group: "Look" },
   { key: "f", action: "fit", title: "Fit the whole image", group: "Look" },
   { key: "g", action: "goto", title: "Fit the selected proposal", group: "Look" },
   { key: "-", action: "fainter", title: "Fainter overlays", group: "Look", repeats: true },
@@ -57,6 +58,7 @@ export const KEYS = [
   { key: "d", action: "subtract", title: "Take out of the mask", group: "Propose" },
   { key: "r", action: "replace", title: "Replace what it touches", group: "Propose" },
   { key: "j", action: "reject-proposal", title: "Reject", group: "Propose" },
+  { key: "Shift+j", action: "reject-rest", title: "Reject all that is left undecided", group: "Propose" },
   { key: "u", action: "ill-posed", title: "Mark as ill-posed: not scored", group: "Propose" },
   { key: "y", action: "source", title: "Proposals of the next source", group: "Propose" },
   { key: "1", action: "agree", title: "Agree with the decision", group: "Audit" },
@@ -68,10 +70,11 @@ export const KEYS = [
   { key: "Enter", action: "submit", title: "Finish the outline or candidate; else submit, and open the next pair", group: "Pair" },
   { key: "a", action: "approve", title: "Approve, and open the next pair", group: "Pair" },
   { key: "0", action: "empty", title: "Confirm empty: no change; and open the next pair", group: "Pair" },
-  { key: "Shift+j", action: "skip", title: "Badly aligned: reject all of its regions, and skip the pair", group: "Pair" },
+  { key: "Shift+b", action: "skip", title: "Badly aligned: reject all of its regions, and skip the pair", group: "Pair" },
   { key: "o", action: "reopen", title: "Reopen a finished pair", group: "Pair" },
   { key: "ArrowRight", action: "next", title: "Next pair (audit: next region)", group: "Pair" },
   { key: "ArrowLeft", action: "previous", title: "Previous pair (audit: previous region)", group: "Pair" },
+  { key: "Ctrl+g", action: "jump", title: "Go to a pair: split/number, or words", group: "Pair" },
   { key: "t", action: "side", title: "Proposals or history", group: "Pair" },
   { key: "w", action: "mode", title: "Next mode: correct, blind first, audit", group: "Pair" },
   { key: "Shift+l", action: "theme", title: "Dark or light", group: "Look" },
@@ -87,8 +90,8 @@ export function keyName(event) {
   const composed = event.getModifierState("AltGraph");
   const control = (event.ctrlKey || event.metaKey) && !composed;
   const alt = event.altKey && !composed ? "Alt+" : "";
-  // A printable key already says by itself whether Shift was down ("?"), but for letters.
-  const shift = event.shiftKey && (!printable || key !== key.toUpperCase());
+  // A printable key already says by itself whether Shift was down ("?"), but for letters and the space.
+  const shift = event.shiftKey && (!printable || key === " " || key !== key.toUpperCase());
   return alt + (control ? "Ctrl+" : "") + (shift ? "Shift+" : "") + key;
 }
 
@@ -112,7 +115,7 @@ export class Keymap {
   /** The key as people read it. @param {string} action */
   shown(action) {
     return this.key(action).replace("Arrow", "").replace("Right", "→").replace("Left", "←")
-      .replace("Up", "↑").replace("Down", "↓").replace(/^ $/, "Space");
+      .replace("Up", "↑").replace("Down", "↓").replace(/ $/, "Space");
   }
 
   /** Give an action another key; a key that another action has stays with that one.

@@ -71,6 +71,19 @@ export class Pictures {
     return entry;
   }
 
+  /** Return a picture, or meanwhile the best that is there of the same in other sizes, finer ones
+   * first: what is on the screen stays there until it can be replaced.
+   * @param {(level: number) => string} url @param {number} level */
+  best(url, level) {
+    const wanted = this.get(url(level));
+    if (wanted.bitmap || wanted.error) return wanted;
+    for (let k = 0; k <= MOST_LEVELS; k++) {
+      const other = this.pictures.get(url(k));
+      if (other?.bitmap) return other;
+    }
+    return wanted;
+  }
+
   /** Return the RGBA pixels of a picture that is decoded, null before. @param {string} url */
   pixels(url) {
     const { bitmap } = this.get(url);
@@ -110,6 +123,18 @@ export class Pictures {
   }
 }
 
+/** Pictures with longer sides come in smaller sizes first. */
+const LARGEST_WHOLE_PX = 1600;
+const MOST_LEVELS = 5;
+
+/** How often the pictures of a pair may be halved and still fill the screen, 0 for small ones.
+ * @param {{width: number, height: number}} pair @param {number} scale device pixels a pixel */
+export function levelAt({ width, height }, scale) {
+  if (Math.max(width, height) <= LARGEST_WHOLE_PX) return 0;
+  return Math.min(MOST_LEVELS, Math.max(0, Math.floor(Math.log2(1 / scale))));
+}
+
 /** Return the address of a layer of the open pair. @param {import("./state.js").State} state
- * @param {string} layer */
-export const addressOf = (state, layer) => (state.pair ? api.layerUrl(state.pair, layer, !state.second) : "");
+ * @param {string} layer @param {number} [level] */
+export const addressOf = (state, layer, level = 0) =>
+  (state.pair ? api.layerUrl(state.pair, layer, !state.second, level) : "");

@@ -3,17 +3,18 @@
  */
 import { actionsOf } from "./actions.js";
 import { api } from "./api.js";
-import { $, attempt, notice, showFacts, showHeader, showSettings, waiting } from "./chrome.js";
+import { $, attempt, notice, showFacts, showHeader, showSettings, STATES, waiting } from "./chrome.js";
 import { titleButtons, wireButtons, wireKeys } from "./controls.js";
 import { DeskLink } from "./desk_link.js";
 import { fillFields, wireFields } from "./fields.js";
 import { Journal } from "./journal.js";
 import { Keymap } from "./keys.js";
-import { addressOf, LAYERS, pictureOf, Pictures } from "./layers.js";
+import { addressOf, LAYERS, levelAt, pictureOf, Pictures } from "./layers.js";
 import { Looking } from "./looking.js";
 import { remember, rememberRevealed, restore } from "./memory.js";
 import { Modes } from "./modes.js";
 import { overlaysOf } from "./overlays.js";
+import { Jump } from "./panels/jump.js";
 import { PairSession } from "./pair_session.js";
 import { Panes } from "./panes.js";
 import { listen } from "./pointer.js";
@@ -23,6 +24,7 @@ import { Side } from "./side.js";
 import { Standing } from "./standing.js";
 import { State } from "./state.js";
 import { Surroundings } from "./surroundings.js";
+import { Sweep } from "./sweep.js";
 import { View } from "./view.js";
 
 const state = new State();
@@ -43,7 +45,7 @@ const panes = new Panes($("panes"), (index, layer) => state.showLayer(index, lay
 const looking = new Looking(state, panes, sessionStorage);
 state.subscribe("candidate", (_, asking) => document.body.toggleAttribute("data-asking", asking));
 const overlays = overlaysOf(state, session.document, () => view.now());
-const view = new View(state, panes, overlays, pictures, (layer) => addressOf(state, layer), () => showFacts(state));
+const view = new View(state, panes, overlays, pictures, (layer, level) => addressOf(state, layer, level), () => showFacts(state));
 
 state.subscribe("pair", () => {
   showHeader(state);
@@ -59,7 +61,11 @@ state.watch(() => view.ask());
 
 const side = new Side(state, session, overlays, looking, shown);
 const modes = new Modes(state, session, side, { shown, open: (id, run) => link.open(id, run), next: (by) => link.next(by) });
-const actions = actionsOf({ state, session, side, modes, looking });
+const jump = new Jump({ states: STATES, wrong: (error) => notice(String(error), true),
+  find: async (words, most) => (await api.findPairs(words, state.run, most)).pairs,
+  open: (id) => link.open(id, state.run) });
+const sweep = new Sweep(state, looking, panes, $("facts"), { note: api.sweep, wrong: (error) => notice(String(error), true) });
+const actions = actionsOf({ state, session, side, modes, looking, jump, sweep });
 const around = new Surroundings(sessionStorage);
 const link = new DeskLink(state, session, around, {
   here: () => { standing.joined(); saver.retry(); },
@@ -67,7 +73,11 @@ const link = new DeskLink(state, session, around, {
   start,
   runs: (runs) => side.offer(runs),
   settled: async (first) => { if (first && state.mode === "audit") await modes.change("audit"); },
-  ahead: (url) => { pictures.get(url); },
+  ahead: (pair, name) => {
+    const { width, height } = panes.size();
+    const scale = Math.min(width / pair.width, height / pair.height) * (window.devicePixelRatio || 1);
+    pictures.get(api.layerUrl(pair, name, !state.second, levelAt(pair, scale)));
+  },
 });
 
 /** It is known who is signed in: what that person set comes back, and what was not saved is sent. */

@@ -15,6 +15,7 @@ export function drawMarks(context, state, scale) {
     context.strokeRect(box[0] - margin, box[1] - margin,
       box[2] - box[0] + 2 * margin, box[3] - box[1] + 2 * margin);
   }
+  if (state.tile && !state.hidden) drawTile(context, state.tile, scale);
   if (state.candidate) drawClicks(context, state.candidate, scale);
   if (state.sketch.length > 1) {
     context.beginPath();
@@ -30,6 +31,21 @@ export function drawMarks(context, state, scale) {
   if (!["brush", "eraser"].includes(state.tool)) return drawCross(context, state.cursor, scale);
   context.beginPath();
   context.arc(state.cursor.x, state.cursor.y, Math.max(state.radius, 0.5), 0, 2 * Math.PI);
+  strokeTwice(context, scale);
+}
+
+/** The corners of the tile that is swept. @param {CanvasRenderingContext2D} context
+ * @param {number[]} tile @param {number} scale */
+function drawTile(context, [x0, y0, x1, y1], scale) {
+  const arm = 14 / scale;
+  context.beginPath();
+  for (const [x, dx] of [[x0, arm], [x1, -arm]]) {
+    for (const [y, dy] of [[y0, arm], [y1, -arm]]) {
+      context.moveTo(x + dx, y);
+      context.lineTo(x, y);
+      context.lineTo(x, y + dy);
+    }
+  }
   strokeTwice(context, scale);
 }
 
@@ -71,11 +87,13 @@ function drawCross(context, { x, y }, scale) {
 }
 
 /** Dark under light, so that a line shows on every picture.
- * @param {CanvasRenderingContext2D} context @param {number} scale */
-export function strokeTwice(context, scale) {
-  for (const [width, colour] of /** @type {const} */ ([[3, "rgba(0,0,0,.55)"], [1.3, "#fff"]])) {
-    context.lineWidth = width / scale;
-    context.strokeStyle = colour;
-    context.stroke();
+ * @param {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} context @param {number} scale
+ * @param {{path: Path2D, colour: string}} [line] in place of the context's path, in white */
+export function strokeTwice(context, scale, line) {
+  for (const [width, colour] of [[3, "rgba(0,0,0,.55)"], [1.3, line?.colour ?? "#fff"]]) {
+    context.lineWidth = Number(width) / scale;
+    context.strokeStyle = String(colour);
+    if (line) context.stroke(line.path);
+    else context.stroke();
   }
 }

@@ -4,6 +4,7 @@
  * @typedef {import("./raster.js").Mask} Mask
  * @typedef {import("./raster.js").Box} Box
  */
+import { outlineOf } from "./outline.js";
 import { boxOf, clip, join } from "./raster.js";
 
 export class MaskView {
@@ -20,6 +21,8 @@ export class MaskView {
     this.version = 0;
     /** @type {Box | null} holds every set pixel: only that much needs drawing */
     this.box = null;
+    /** Lines around a mask that was shown as a whole. */
+    this.outline = new Path2D();
   }
 
   /** Paint a mask that has little in common with the one before: where either has pixels.
@@ -28,6 +31,12 @@ export class MaskView {
     const box = boxOf(mask);
     this.paint(mask, join(this.box, box) ?? { x0: 0, y0: 0, x1: 0, y1: 0 });
     this.box = box;
+    this.outline = new Path2D();
+    if (!box) return;
+    for (const [x0, y0, x1, y1] of outlineOf(mask, box)) {
+      this.outline.moveTo(x0, y0);
+      this.outline.lineTo(x1, y1);
+    }
   }
 
   /** @param {Mask} mask @param {Box | null} [dirty] only this box changed */

@@ -15,7 +15,7 @@ export function overlaysOf(state, document, now) {
     mask: new MaskView([0, 214, 143], { alone: true }),
     ignore: new MaskView([214, 126, 255], { alone: true, hatched: true }),
     candidate: new MaskView([86, 180, 233]),
-    proposal: new MaskView([255, 255, 255]),
+    proposal: new MaskView([64, 214, 224]),
   };
   let counting = 0;
   /** Count the layers' pixels, once the stroke pauses. */

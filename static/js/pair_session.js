@@ -6,6 +6,7 @@
  */
 import { api, ApiError } from "./api.js";
 import { PairDocument } from "./document.js";
+import { askedFor } from "./proposals.js";
 import { askClick, edgePath, livePoint } from "./questions.js";
 import { decode } from "./rle.js";
 import { Hand } from "./tools/hand.js";
@@ -39,6 +40,8 @@ export class PairSession {
     /** @type {number | null} the pair asked for last */
     this.wanted = null;
     this.busy = false;
+    /** @type {{pair: Pair, source: string, proposals: import("./state.js").Proposal[]} | null} */
+    this.came = null;
   }
 
   /** Open a pair, or read the open one again; a stale answer is dropped.
@@ -47,7 +50,8 @@ export class PairSession {
     const request = ++this.request;
     this.wanted = id;
     await this.verdicts.settled();
-    const [pair, reply] = await Promise.all([api.pair(id, run), this.newestMask(id)]);
+    const source = this.state.source;
+    const { pair, mask: reply, proposals } = await this.read(id, run);
     if (request !== this.request) return false;
     const { state, saver, document } = this;
     const unsent = saver.unsent(id);
@@ -63,14 +67,25 @@ export class PairSession {
     if (!kept) document.load(pair, shown, ignored, story);
     if (!same) document.activity.take();
     document.show();
+    this.came = this.state.mode === "blind" ? null : { pair, source, proposals };
     state.open(pair, unsent ? unsent.revision : reply.revision);
     return true;
   }
 
-  /** The ground truth, not older than what was acknowledged here. @param {number} id */
-  async newestMask(id) {
-    const reply = await api.mask(id);
-    return reply.revision < (this.saver.newest.get(id) ?? 0) ? api.mask(id) : reply;
+  /** All of a pair, its ground truth not older than what was acknowledged here.
+   * @param {number} id @param {string | null} run */
+  async read(id, run) {
+    const asked = proposedIn(this.state);
+    const opened = await api.open(id, run, asked);
+    return opened.mask.revision < (this.saver.newest.get(id) ?? 0) ? api.open(id, run, asked) : opened;
+  }
+
+  /** The proposals that a pair was opened with, once: later they may be others.
+   * @param {Pair} pair @param {string} source */
+  cameWith(pair, source) {
+    const { came } = this;
+    this.came = null;
+    return came?.pair === pair && came.source === source ? came.proposals : null;
   }
 
   /** Read regions, scores and layers again; the mask stays. What was read before a verdict was given is
@@ -121,13 +136,24 @@ export class PairSession {
     const { pair, proposal } = state;
     if (!pair || !proposal) return parts.notice("Select a proposal first: press Tab.");
     if (!this.editable || hand.busy) return;
+    if (way === "reject") return document.reject([proposal]);
     const action = { tool: way, proposal: proposal.key };
     const layer = way === "ill-posed" ? "ignore" : "mask";
     const { data } = decode(proposal.counts, pair.width, pair.height);
-    const changed = way !== "reject" && document.put(layer, way, data, action);
     // What was judged and changed nothing is still worth remembering.
-    if (!changed) document.save(action, layer, null);
-    state.judge(proposal, way);
+    if (!document.put(layer, way, data, action)) document.save(action, layer, null);
+    state.judge([proposal], way);
+  }
+
+  /** Reject all proposals of the list that nobody has decided on. */
+  rejectRest() {
+    const { document, hand, parts, state } = this;
+    if (!state.pair || !this.editable || hand.busy) return;
+    const { undecided } = state;
+    if (!undecided.length) return parts.notice("Every proposal of the list is decided.");
+    document.reject(undecided);
+    const count = undecided.length;
+    parts.notice(`${count} proposal${count > 1 ? "s" : ""} rejected (${parts.shown("undo")} takes that back).`);
   }
 
   /** The store has a mask. @param {number} id @param {number} revision */
@@ -168,4 +194,10 @@ export class PairSession {
     state.tell("stored");
     return true;
   }
+}
+
+/** Which proposals a pair is opened with: in blind mode none, they may have to stay hidden.
+ * @param {State} state */
+export function proposedIn({ mode, source }) {
+  return mode === "blind" ? { sources: [], run: null } : askedFor(source);
 }

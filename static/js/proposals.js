@@ -23,6 +23,18 @@ export const APPLY = {
   },
 };
 
+const OTHER_RUN = "run:";
+
+/** The name by which the list offers the prediction of another run. @param {string} run */
+export const predictionOf = (run) => OTHER_RUN + run;
+
+/** What the server is asked for a choice of the list: sources, and of which other run if any.
+ * @param {string} choice @returns {{sources: string[], run: string | null}} */
+export function askedFor(choice) {
+  if (choice.startsWith(OTHER_RUN)) return { sources: ["prediction"], run: choice.slice(OTHER_RUN.length) };
+  return { sources: (SOURCES[choice] ?? SOURCES.region).sources, run: null };
+}
+
 /** Sources of proposals, as the list offers them: title, and the server's names.
  * @type {Record<string, {title: string, sources: string[]}>} */
 export const SOURCES = {
@@ -30,6 +42,7 @@ export const SOURCES = {
   detector: { title: "Detector", sources: ["detector"] },
   object_live: { title: "Objects, live", sources: ["object_live"] },
   object_reference: { title: "Objects, reference", sources: ["object_reference"] },
+  candidate: { title: "Candidates nobody proposed", sources: ["candidate"] },
   disagreement: { title: "Disagreements", sources: ["missed", "extra"] },
-  all: { title: "All of this run", sources: ["region", "detector", "object_live", "object_reference"] },
+  all: { title: "All of this run", sources: ["region", "detector", "object_live", "object_reference", "candidate"] },
 };

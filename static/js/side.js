@@ -9,10 +9,8 @@ import { drawHistory } from "./panels/history_list.js";
 import { drawLabels } from "./panels/label_list.js";
 import { drawProposals, drawScores } from "./panels/proposal_list.js";
 import { Reasons } from "./panels/reasons.js";
-import { SOURCES } from "./proposals.js";
+import { askedFor, predictionOf, SOURCES } from "./proposals.js";
 import { decode } from "./rle.js";
-
-const OTHER_RUN = "run:";
 
 export class Side {
   /** @param {State} state @param {import("./pair_session.js").PairSession} session
@@ -47,7 +45,7 @@ export class Side {
    * @param {{name: string}[]} runs */
   offer(runs) {
     const options = Object.entries(SOURCES).map(([name, { title }]) => new Option(title, name));
-    options.push(...runs.map(({ name }) => new Option(`Prediction of ${name}`, OTHER_RUN + name)));
+    options.push(...runs.map(({ name }) => new Option(`Prediction of ${name}`, predictionOf(name))));
     $("source").replaceChildren(...options);
     const known = options.some((option) => option.value === this.state.source);
     if (!known && runs.length) this.state.change({ source: "region" });
@@ -89,8 +87,10 @@ export class Side {
 
   /** @param {import("./state.js").Pair} pair @param {string} source */
   fetch(pair, source) {
-    if (source.startsWith(OTHER_RUN)) return api.proposals(pair.id, source.slice(OTHER_RUN.length), ["prediction"]);
-    return api.proposals(pair.id, pair.run, (SOURCES[source] ?? SOURCES.region).sources);
+    const came = this.session.cameWith(pair, source);
+    if (came) return came;
+    const { sources, run } = askedFor(source);
+    return api.proposals(pair.id, run ?? pair.run, sources);
   }
 
   draw() {

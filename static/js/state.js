@@ -12,7 +12,7 @@
  * @typedef {import("./raster.js").Box} Box
  * @typedef {typeof DEFAULTS} Settings
  * @typedef {{settings: [], pair: [fresh: boolean], selection: [], look: [], cursor: [],
- *   candidate: [shown: import("./raster.js").Mask | null, asking: boolean], sketch: [], mask: [layer: Layer, box: Box | null], area: [], saved: [], revealed: [],
+ *   candidate: [shown: import("./raster.js").Mask | null, asking: boolean], sketch: [], mask: [layer: Layer, box: Box | null], area: [], saved: [], revealed: [], swept: [],
  *   judged: [], stored: []}} Told
  *   pair: fresh for another one than before; look: view, or what is held; mask: a layer was drawn
  *   in a box, null for everywhere; judged: what was made of a proposal was taken back or done again;
@@ -103,6 +103,8 @@ export class State extends News {
     this.candidate = null;
     /** A stroke is under way. */
     this.drawing = false;
+    /** The box of the tile that is looked at in a sweep: x0, y0, x1, y1. @type {number[] | null} */
+    this.tile = null;
     this.blinking = false;
     this.swiping = false;
     this.hidden = false;
@@ -172,9 +174,22 @@ export class State extends News {
     this.tell("saved");
   }
 
-  /** @param {Proposal} proposal @param {string} outcome what was made of it */
-  judge(proposal, outcome) {
-    proposal.outcome = outcome;
+  /** @param {number[] | null} tile that is looked at in a sweep */
+  sweep(tile) {
+    this.tile = tile;
+    this.tell("swept");
+  }
+
+  /** @param {number} id of a pair @param {import("./wire.js").SweepInfo} sweep what was looked at of it */
+  swept(id, sweep) {
+    if (this.pair?.id !== id) return;
+    this.pair.sweep = sweep;
+    this.tell("swept");
+  }
+
+  /** @param {Proposal[]} proposals @param {string} outcome what was made of them */
+  judge(proposals, outcome) {
+    for (const proposal of proposals) proposal.outcome = outcome;
     this.tell("pair", false);
   }
 
@@ -290,6 +305,12 @@ export class State extends News {
   /** @returns {Proposal | null} */
   get proposal() {
     return this.proposals.find((proposal) => proposal.key === this.selected) ?? null;
+  }
+
+  /** The proposals that nobody has decided on: nothing was made of them, and no verdict is given. */
+  get undecided() {
+    const judged = new Set(this.regions.filter(({ verdict }) => verdict).map(({ id }) => id));
+    return this.proposals.filter(({ outcome, region_id: id }) => !outcome && !(id && judged.has(id)));
   }
 
   /** The region under DoI that is selected. @returns {Region | null} */

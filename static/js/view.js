@@ -6,17 +6,19 @@
  * @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Context
  */
 import { toScreen } from "./geometry.js";
-import { doubtOf, LAYERS } from "./layers.js";
+import { doubtOf, LAYERS, levelAt } from "./layers.js";
 import { drawMarks, strokeTwice } from "./marks.js";
 
 const BLINK_MS = 320;
 const CALM_MS = 140;
+/** How opaque a suggestion is on a mask alone. */
+const SUGGESTED = 0.6;
 
 export class View {
   /** @param {State} state @param {import("./panes.js").Panes} panes
    * @param {Record<"mask" | "ignore" | "candidate" | "proposal", MaskView>} masks what lies over the pictures
    * @param {import("./layers.js").Pictures} pictures
-   * @param {(layer: string) => string} url address of a layer of the open pair
+   * @param {(layer: string, level?: number) => string} url address of a layer of the open pair
    * @param {() => void} drawn what is written about the state can be written too */
   constructor(state, panes, masks, pictures, url, drawn) {
     this.state = state;
@@ -117,7 +119,7 @@ export class View {
    * @param {readonly [number, number, number, number, number, number]} place */
   still(item, layer, ground, place) {
     const { state } = this;
-    const key = [item.ground.key, this.versions, state.outline, state.hidden, Boolean(state.candidate), layer.mask].join();
+    const key = [item.ground.key, this.versions, state.outline, state.hidden, layer.mask].join();
     const { canvas } = item.still;
     if (item.still.key === key) return canvas;
     item.still.key = key;
@@ -145,9 +147,12 @@ export class View {
     // The reference as it was taken lies in another frame than what is unseen.
     const veiled = state.veiled && !state.hidden && layers.includes("unseen") && ["live", "warped"].includes(wanted[0]);
     wanted.push(veiled && layer.overlay !== "unseen" ? "unseen" : "");
-    const [base, overlay, veil] = wanted.map((l) => (l && available ? this.pictures.get(this.url(l)) : null));
+    const level = levelAt({ width, height }, place[0]);
+    const [base, overlay, veil] = wanted.map((l) =>
+      l && available ? this.pictures.best((k) => this.url(l, k), level) : null);
     const key = [place, item.canvas.width, item.canvas.height, state.opacity, state.brightness, state.contrast,
-      state.dark, layer.dim, wanted.map(this.url), Boolean(base?.bitmap), Boolean(overlay?.bitmap), Boolean(veil?.bitmap)].join();
+      state.dark, layer.dim, wanted.map((l) => this.url(l)),
+      ...[base, overlay, veil].map((picture) => picture?.bitmap?.width ?? 0)].join();
     const note = secret ? "Hidden until you have submitted"
       : available ? base?.error || overlay?.error || veil?.error || "" : `${layer.title}: not in this run yet`;
     const complete = [base, overlay, veil].every((picture) => !picture || picture.bitmap || picture.error);
@@ -179,18 +184,30 @@ export class View {
   drawMasks(context, kind, rough) {
     const { state, masks } = this;
     const alone = kind === "alone" ? masks.mask.alone : kind === "ignore" ? masks.ignore.alone : null;
-    if (alone) return void context.drawImage(alone, 0, 0);
+    if (alone) context.drawImage(alone, 0, 0);
     if (state.hidden) return;
-    if (masks.ignore.filled) this.drawMask(context, masks.ignore, kind === "fill", rough);
-    this.drawMask(context, masks.mask, kind === "fill" && !state.outline, rough);
-    // From close by, the rim of a thin region would hide what it is about.
-    if (masks.proposal.filled) this.drawMask(context, masks.proposal, false, rough, state.view.scale > 3 ? 0.4 : 0.85);
-    if (masks.candidate.filled) this.drawMask(context, masks.candidate, Boolean(state.candidate), rough);
+    if (!alone) {
+      if (masks.ignore.filled) this.drawMask(context, masks.ignore, kind === "fill", rough);
+      this.drawMask(context, masks.mask, kind === "fill" && !state.outline, rough);
+    }
+    for (const mask of [masks.proposal, masks.candidate]) if (mask.filled) this.drawSuggested(context, mask, Boolean(alone));
   }
 
-  /** @param {Context} context @param {MaskView} mask @param {boolean} filled @param {boolean} rough
-   * @param {number} [rim] how opaque the rim is */
-  drawMask(context, mask, filled, rough, rim = 0.85) {
+  /** What is suggested hides nothing of a picture: it is outlined there, and filled on masks alone.
+   * @param {Context} context @param {MaskView} mask @param {boolean} filled */
+  drawSuggested(context, mask, filled) {
+    const { box, colour: [red, green, blue], outline } = mask;
+    if (!box) return;
+    if (filled) {
+      context.globalAlpha = SUGGESTED;
+      context.drawImage(mask.fill, 0, 0);
+      context.globalAlpha = 1;
+    }
+    strokeTwice(context, this.state.view.scale, { path: outline, colour: `rgb(${red}, ${green}, ${blue})` });
+  }
+
+  /** @param {Context} context @param {MaskView} mask @param {boolean} filled @param {boolean} rough */
+  drawMask(context, mask, filled, rough) {
     const { state } = this;
     if (!mask.box) return;
     const { x0, y0, x1, y1 } = mask.box;
@@ -200,7 +217,7 @@ export class View {
       context.globalAlpha = state.opacity;
       context.drawImage(mask.fill, ...part);
     }
-    context.globalAlpha = filled ? 1 : rim;
+    context.globalAlpha = filled ? 1 : 0.85;
     // A line of one pixel breaks up or fades when it is scaled down: smoothed well and drawn again it
     // stays whole. Too slow while something changes.
     context.imageSmoothingQuality = rough ? "low" : "high";
@@ -214,7 +231,8 @@ export class View {
   drawSwipe(context, scale) {
     const { pair, cursor, past } = this.state;
     if (!pair || !cursor || !pair.layers.includes(past)) return;
-    const { bitmap } = this.pictures.get(this.url(past));
+    const level = levelAt(pair, scale * (window.devicePixelRatio || 1));
+    const { bitmap } = this.pictures.best((k) => this.url(past, k), level);
     if (!bitmap) return;
     const x = Math.min(Math.max(cursor.x, 0), pair.width);
     const share = x / pair.width;

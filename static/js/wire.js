@@ -72,7 +72,7 @@
  *   layers: ("reference" | "warped" | "live" | "difference" | "unseen" | "detector" | "objects_live" | "objects_reference" | "doi" | "prediction" | "ground_truth")[],
  *   version: string, doubt: string, skip: SkipInfo | null, alignment: AlignmentInfo | null,
  *   labels: LabelInfo[], reads_labels: boolean, regions: RegionInfo[],
- *   scores: Record<string, ScoreInfo>, audit: number}} JudgedPair
+ *   scores: Record<string, ScoreInfo>, sweep: SweepInfo, audit: number}} JudgedPair
  */
 /**
  * A name to search for in place of another one; "" searches for nothing.
@@ -106,6 +106,10 @@
  * @typedef {{type: "open", pair: number | null, run: string | null}} Open
  */
 /**
+ * What opens a pair: all of it as it was at one moment.
+ * @typedef {{pair: PairDetail, mask: MaskReply, proposals: ProposalInfo[]}} OpenedPair
+ */
+/**
  * Everything the workbench needs to open a pair, except pixels.
  * @typedef {{id: number, split: string, name: string, height: number, width: number, reference: string,
  *   live: string, viewpoint_distance: number | null, revision: number,
@@ -114,7 +118,7 @@
  *   layers: ("reference" | "warped" | "live" | "difference" | "unseen" | "detector" | "objects_live" | "objects_reference" | "doi" | "prediction" | "ground_truth")[],
  *   version: string, doubt: string, skip: SkipInfo | null, alignment: AlignmentInfo | null,
  *   labels: LabelInfo[], reads_labels: boolean, regions: RegionInfo[],
- *   scores: Record<string, ScoreInfo>}} PairDetail
+ *   scores: Record<string, ScoreInfo>, sweep: SweepInfo}} PairDetail
  */
 /**
  * A page of the queue.
@@ -133,11 +137,14 @@
  * @typedef {{type: string, status: number, detail: string}} Problem
  */
 /**
- * A proposed mask as COCO run-lengths of the live image's size, and what became of it.
+ * A proposed mask as COCO run-lengths of the live image's size, and what became of it; `also`
+ * names the sources that propose nearly the same, `likelihood` orders the list.
  * @typedef {{key: string,
- *   source: "region" | "detector" | "object_live" | "object_reference" | "prediction" | "missed" | "extra",
+ *   source: "region" | "detector" | "object_live" | "object_reference" | "candidate" | "prediction" | "missed" | "extra",
  *   run: string, number: number, label: string, score: number | null, region_id: number | null,
- *   area: number, box_xyxy: [number, number, number, number], counts: string, outcome: string | null}} ProposalInfo
+ *   area: number, box_xyxy: [number, number, number, number], counts: string, outcome: string | null,
+ *   likelihood: number,
+ *   also: ("region" | "detector" | "object_live" | "object_reference" | "candidate" | "prediction" | "missed" | "extra")[]}} ProposalInfo
  */
 /**
  * To the frame that has joined: who is signed in where, and what to show.
@@ -214,6 +221,15 @@
 /**
  * From the frame: open the next (1) or the previous (-1) pair of the queue.
  * @typedef {{type: "step", by: 1 | -1}} Step
+ */
+/**
+ * The tiles of a picture, and the numbers of those that the annotator has looked at from close
+ * by; they count row by row from the top left.
+ * @typedef {{columns: number, rows: number, swept: number[]}} SweepInfo
+ */
+/**
+ * A tile that was looked at from close by; tiles count row by row from the top left.
+ * @typedef {{tile: number}} SweptTile
  */
 /**
  * From the frame: dark or light.

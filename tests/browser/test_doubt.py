@@ -62,7 +62,7 @@ def test_the_panes_show_the_raw_reference_and_say_why(server, desk):
 
 def test_one_key_skips_the_pair_and_the_button_takes_it_up_again(server, desk):
     page, frame = desk
-    page.keyboard.press("Shift+J")
+    page.keyboard.press("Shift+B")
     wait_title(frame, "cs1/0001")
     notice = frame.locator("#notice")
     expect(notice).to_contain_text("cs1/0000 is skipped as badly aligned: 1 region rejected.")
@@ -79,7 +79,7 @@ def test_one_key_skips_the_pair_and_the_button_takes_it_up_again(server, desk):
     assert load_prediction(server.store, 1, 1, "audited") is None
     on_live(frame, page, [(20, 90), (60, 90)])
     wait_saved(frame, 2)
-    page.keyboard.press("Shift+J")
+    page.keyboard.press("Shift+B")
     wait_title(frame, "cs1/0001")
     notice.get_by_role("button", name="Undo").click()
     wait_title(frame, "cs1/0000")
@@ -89,7 +89,7 @@ def test_one_key_skips_the_pair_and_the_button_takes_it_up_again(server, desk):
 
 def test_the_queue_shows_skipped_pairs_and_filters_them(server, desk):
     page, frame = desk
-    page.keyboard.press("Shift+J")
+    page.keyboard.press("Shift+B")
     wait_title(frame, "cs1/0001")
     expect(page.get_by_text("⊘ cs1/0000")).to_be_visible()
 

@@ -55,7 +55,7 @@ def focus_on(page, place):
 
 
 def press(page, key):
-    page.keyboard.press("Space" if key == " " else key.replace("Ctrl", "Control"))
+    page.keyboard.press(key.replace(" ", "Space").replace("Ctrl", "Control"))
 
 
 def test_every_key_comes_to_the_workbench_from_wherever_the_focus_is(desk):

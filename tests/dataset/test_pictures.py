@@ -66,3 +66,15 @@ def test_a_picture_that_leaves_is_the_same_way_round_for_every_reader(tmp_path, 
     plain = tmp_path / f"plain.{suffix}"
     PillowImage.fromarray(stored).save(plain)
     assert upright_bytes(image_of(plain, 40, 60)) == plain.read_bytes()
+
+
+def test_a_large_picture_is_decoded_once_as_long_as_its_file_is_the_same(
+    db, tiny_split, monkeypatch
+):
+    monkeypatch.setattr("reviewer.dataset.pictures.LARGE_PX", 1)
+    image = tiny_split[0].live
+    first = read_picture(image)
+    assert read_picture(image) is first and not first.flags.writeable
+    image.path.write_bytes(tiny_split[1].live.path.read_bytes())
+    with pytest.raises(InvalidInput, match="is not the image that was imported"):
+        read_picture(image)

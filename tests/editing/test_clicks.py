@@ -7,7 +7,7 @@ import pytest
 
 from reviewer.dataset.files import read_rgb
 from reviewer.editing.clicks import ClickRequest, crop_window, keep_best
-from reviewer.editing.pictures import live_point
+from reviewer.editing.pictures import live_point, load_pictures
 from reviewer.errors import NotFound
 from reviewer.masks import decode_rle
 from reviewer.models.interfaces import Candidate, Click, Prompt
@@ -147,3 +147,40 @@ def test_a_point_of_the_reference_is_found_in_the_live_image(db, run, tiny_split
     assert abs(x - 80.5) < 3 and abs(y - 60.5) < 3
     with pytest.raises(NotFound, match="no run aligns"):
         live_point(db, pair, None, 1, 1)
+
+
+def test_a_large_picture_is_looked_at_in_a_window_that_near_clicks_share(
+    clicks, segmenter, run, tiny_split, monkeypatch
+):
+    monkeypatch.setattr("reviewer.editing.clicks.LARGEST_WHOLE_PX", 100)
+    monkeypatch.setattr("reviewer.editing.clicks.LARGE_CROP_PX", 60)
+    segmenter.keeps_embeddings = False
+    pair = tiny_split[0]
+    clicks.embed_ahead("Ada", [pair.id], run)
+    first = ask(clicks, pair, run, prompt=Prompt((Click(62, 50),)))
+    second = ask(clicks, pair, run, prompt=Prompt((Click(64, 51),)))
+    assert [image.shape for image, _ in segmenter.embedded] == [(60, 60, 3)]
+    live = read_rgb(pair.live.path)
+    assert (segmenter.embedded[0][0] == live[20:80, 20:80]).all()
+    assert first.candidates[0].mask.shape == (120, 160)
+    assert first.candidates[0].mask[50, 62] and second.candidates[0].mask[51, 64]
+    ask(clicks, pair, run, prompt=Prompt((Click(150, 110),)))
+    assert (segmenter.embedded[1][0] == live[60:120, 100:160]).all()
+
+
+def test_a_costly_embedding_of_a_large_picture_is_made_once_of_the_whole(
+    clicks, segmenter, run, tiny_split, monkeypatch
+):
+    monkeypatch.setattr("reviewer.editing.clicks.LARGEST_WHOLE_PX", 100)
+    for x in (20, 150):
+        ask(clicks, tiny_split[0], run, prompt=Prompt((Click(x, 50),)))
+    assert [image.shape for image, _ in segmenter.embedded] == [(120, 160, 3)]
+
+
+def test_a_part_of_the_pictures_is_that_part_of_the_whole(db, run, tiny_split):
+    part = (slice(30, 90), slice(41, 101))
+    for picture in ("live", "reference"):
+        whole = load_pictures(db, tiny_split[0], run, picture)
+        some = load_pictures(db, tiny_split[0], run, picture, part)
+        for mine, theirs in zip(some, whole, strict=True):
+            np.testing.assert_array_equal(mine, theirs[part])

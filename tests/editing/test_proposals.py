@@ -75,3 +75,27 @@ def test_missed_and_extra_compare_the_prediction_with_the_ground_truth(db, run, 
     (extra,) = list_proposals(db, pair, run, ["extra"])
     assert decode_rle(missed.mask)[45:55, 55:70].all()
     assert decode_rle(extra.mask).sum() == 200
+
+
+def test_a_batch_of_rejections_counts_for_each_of_its_proposals(db, run, tiny_split):
+    pair, person = tiny_split[0], annotator_id(db, "Ada")
+    sources = ("region", "detector", "object_live", "object_reference")
+    found = list_proposals(db, pair, run, sources)
+    keys = [proposal.key for proposal in found]
+    mask = newest_revision(db, pair.id).mask
+    steps = [
+        ({"tool": "reject", "proposals": keys}, "reject"),
+        ({"tool": "undo", "of": "reject", "proposals": keys}, None),
+    ]
+    for parent, (action, expected) in enumerate(steps, start=1):
+        new = NewRevision(pair.id, mask, parent, None, person, source="edit", tool_log=[action])
+        add_revision(db, new)
+        found = list_proposals(db, pair, run, sources)
+        assert {proposal.outcome for proposal in found} == {expected}
+
+
+def test_the_same_thing_from_several_sources_is_listed_once(db, run, tiny_split):
+    alone = list_proposals(db, tiny_split[0], run, ["object_live"])
+    together = list_proposals(db, tiny_split[0], run, ["region", "object_live"])
+    assert len(alone) == len(together) == 1
+    assert together[0].source == "region" and together[0].also == ("object_live",)

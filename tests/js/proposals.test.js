@@ -41,6 +41,6 @@ test("no way changes the mask it is given, and all leave zeros and ones", () => 
 });
 
 test("all sources of a run are those that are offered one by one", () => {
-  const single = ["region", "detector", "object_live", "object_reference"].flatMap((name) => SOURCES[name].sources);
+  const single = ["region", "detector", "object_live", "object_reference", "candidate"].flatMap((name) => SOURCES[name].sources);
   assert.deepEqual(SOURCES.all.sources, single);
 });

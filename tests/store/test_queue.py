@@ -1,7 +1,9 @@
 """The queue: filters, orders, pages."""
 
 import pytest
+from scenes import write_split
 
+from reviewer.dataset.importer import ImportSettings, import_split
 from reviewer.editing.skipping import skip_pair
 from reviewer.errors import InvalidInput
 from reviewer.masks import empty_rle
@@ -78,3 +80,26 @@ def test_what_the_team_has_to_do_leaves_skipped_pairs_out(db, tiny_split):
 def test_past_the_last_page_the_total_is_still_that_of_the_pairs_asked_for(db, tiny_split):
     ada = annotator_id(db, "Ada")
     assert list_queue(db, ada, pair_ids=[tiny_split[0].id], offset=5) == ([], 1)
+
+
+def test_words_find_pairs_by_name_number_and_objects(db, tiny_split, make_named_run):
+    run, ada = make_named_run(db, "red pen"), annotator_id(db, "Ada")
+
+    def found(search, run_id=None):
+        return names(list_queue(db, ada, search=search, run_id=run_id)[0])
+
+    assert found("CS1 000") == ["0000", "0001", "0002"]
+    assert found("cs1/0001") == found("cs1/1") == found("0001") == ["0001"]
+    assert found("cs1/3") == found("pen") == []
+    assert found("pen cs1/1", run.id) == ["0001"]
+    assert found("wallet", run.id) == []
+
+
+def test_the_pair_that_is_named_exactly_comes_first(db, split_folder):
+    for name, pairs in (("as", 2), ("s", 2)):
+        folder = write_split(split_folder.parent / f"more {name}", pairs)
+        import_split(db, name, folder, ImportSettings(), lambda *_: None)
+    entries, _ = list_queue(db, annotator_id(db, "Ada"), search="s/1")
+    assert [entry.split for entry in entries] == ["s"]
+    entries, _ = list_queue(db, annotator_id(db, "Ada"), search="s/0001")
+    assert [entry.split for entry in entries] == ["s", "as"]

@@ -7,8 +7,6 @@ free. Who asks is known from the guard (`access`).
 from __future__ import annotations
 
 import re
-from collections import OrderedDict
-from threading import Lock
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
@@ -17,12 +15,21 @@ from pydantic import BaseModel, ValidationError
 
 from reviewer.app.endpoints import messages as m
 from reviewer.app.endpoints.auditing import build_auditing
-from reviewer.app.endpoints.details import choose_run, pair_detail, truth_info
+from reviewer.app.endpoints.details import (
+    choose_run,
+    mask_reply,
+    newest_mask,
+    pair_detail,
+    truth_info,
+)
 from reviewer.app.endpoints.fields import Key, Word
+from reviewer.app.endpoints.kept_pictures import PictureCache
+from reviewer.app.endpoints.opening import build_opening
 from reviewer.app.endpoints.pictures import draw_layer
 from reviewer.app.endpoints.pointing import build_pointing
 from reviewer.app.endpoints.proposing import build_proposing
 from reviewer.app.endpoints.skips import build_skipping
+from reviewer.app.endpoints.sweeping import build_sweeping
 from reviewer.editing.clicks import Clicks
 from reviewer.editing.commit import (
     MaskEdit,
@@ -34,7 +41,8 @@ from reviewer.editing.commit import (
 )
 from reviewer.errors import InvalidInput, TooLarge
 from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
-from reviewer.records import Image, MaskRevision, Pair
+from reviewer.models.clicks.embeddings import cache_folder
+from reviewer.records import Image, Pair
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.pairs import pair_of_id
@@ -44,7 +52,6 @@ from reviewer.store.revisions import list_revisions, newest_revision, revision_o
 from reviewer.store.stages_done import pair_overview
 from reviewer.words import PairLayer
 
-CACHED_PICTURES = 160
 PNG: dict[str, Any] = {"image/png": {"schema": {"type": "string", "format": "binary"}}}
 
 
@@ -99,29 +106,6 @@ PROBLEMS: dict[int | str, dict[str, Any]] = {
 }
 
 
-class PictureCache:
-    """Cache of the layers drawn last, so that going back is free; thread-safe."""
-
-    def __init__(self, size: int = CACHED_PICTURES) -> None:
-        self._size = size
-        self._pictures: OrderedDict[tuple[object, ...], bytes] = OrderedDict()
-        self._lock = Lock()
-
-    def get(self, key: tuple[object, ...]) -> bytes | None:
-        """Return a picture, None when it is not there."""
-        with self._lock:
-            if key in self._pictures:
-                self._pictures.move_to_end(key)
-            return self._pictures.get(key)
-
-    def put(self, key: tuple[object, ...], picture: bytes) -> None:
-        """Keep a picture, and drop the one unused for longest when there are too many."""
-        with self._lock:
-            self._pictures[key] = picture
-            if len(self._pictures) > self._size:
-                self._pictures.popitem(last=False)
-
-
 def _who(request: Request) -> str:
     return str(request.state.annotator)
 
@@ -137,9 +121,11 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     router = APIRouter(prefix="/api", responses=PROBLEMS)
     router.include_router(build_pointing(store, clicks))
     router.include_router(build_proposing(store))
+    router.include_router(build_opening(store))
     router.include_router(build_auditing(store))
     router.include_router(build_skipping(store))
-    pictures = PictureCache()
+    router.include_router(build_sweeping(store))
+    pictures = PictureCache(cache_folder("pictures"))
 
     @router.get("/me")
     def me(annotator: Annotator) -> m.Me:
@@ -180,6 +166,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
             state=query.state,
             team=query.team,
             order=query.order,
+            search=query.search,
             limit=query.limit,
             offset=query.offset,
         )
@@ -203,18 +190,27 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         run: Key | None = None,
         v: Word | None = None,
         judged: bool = True,
+        level: Annotated[int, Query(ge=0, le=5)] = 0,
     ) -> Response:
         """A layer as PNG; with `v` (the pair's version) the browser may keep it; `judged=false`
-        shows what the rule decided, without people's verdicts."""
+        shows what the rule decided, without people's verdicts; each `level` halves its size."""
         pair, chosen = pair_of_id(store, pair_id), choose_run(store, run)
         version = pair_overview(store, chosen.id, pair_id).version if chosen else "0"
         if layer == "ground_truth":
             newest = newest_revision(store, pair_id)
             version = f"r{newest.number if newest else 0}"
-        key = (pair_id, layer, version, judged, *map(_last_change, (pair.reference, pair.live)))
+        step = min(2**level, pair.live.height, pair.live.width)
+        files = pair.reference, pair.live
+        key = (pair_id, layer, version, judged, step, *map(_last_change, files))
         picture = pictures.get(key)
         if picture is None:
-            picture = draw_layer(store, pair, chosen, layer, judged=judged)
+            hashes = [file.sha256 for file in files]
+            named = (store.identity, chosen.id if chosen else 0, *key, *hashes)
+            picture = pictures.recall(named) if step > 1 else None
+            if picture is None:
+                picture = draw_layer(store, pair, chosen, layer, judged=judged, step=step)
+                if step > 1:
+                    pictures.keep(named, picture)
             pictures.put(key, picture)
         keep = "private, max-age=86400" if v == version else "no-store"
         return Response(picture, media_type="image/png", headers={"Cache-Control": keep})
@@ -228,11 +224,8 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
         headers = {"ETag": f'"{number}"', "Cache-Control": "no-store"}
         if "application/json" not in request.headers.get("accept", ""):
             return Response(encode_png(decode_rle(mask)), media_type="image/png", headers=headers)
-        if newest:
-            reply = _mask_reply(newest)
-        else:
-            reply = m.MaskReply.empty(mask.height, mask.width, mask.counts)
-        return Response(reply.model_dump_json(), media_type="application/json", headers=headers)
+        reply = newest_mask(store, pair).model_dump_json()
+        return Response(reply, media_type="application/json", headers=headers)
 
     @router.put("/pairs/{pair_id}/mask", openapi_extra=MASK_BODY)
     async def put_mask(
@@ -280,7 +273,7 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     @router.get("/pairs/{pair_id}/revisions/{number}")
     def get_revision(pair_id: Id, number: Id) -> m.MaskReply:
         """One revision of a pair's ground truth."""
-        return _mask_reply(revision_of_number(store, pair_id, number))
+        return mask_reply(revision_of_number(store, pair_id, number))
 
     @router.put("/pairs/{pair_id}/state")
     def put_state(
@@ -307,17 +300,6 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
 def _last_change(image: Image) -> int:
     """Return a value that changes when a file is replaced, so that no old picture is served."""
     return image.path.stat().st_mtime_ns if image.path.exists() else 0
-
-
-def _mask_reply(revision: MaskRevision) -> m.MaskReply:
-    mask = revision.mask
-    return m.MaskReply(
-        revision=revision.number,
-        mask=m.RleMask(height=mask.height, width=mask.width, counts=mask.counts),
-        ignore=revision.ignore_mask.counts if revision.ignore_mask else None,
-        annotator=revision.annotator,
-        created_at=revision.created_at,
-    )
 
 
 def _revision(if_match: str | None) -> int:

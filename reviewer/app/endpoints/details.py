@@ -7,17 +7,21 @@ from dataclasses import asdict
 from reviewer.app.endpoints.messages import (
     AlignmentInfo,
     LabelInfo,
+    MaskReply,
     PairDetail,
     RegionInfo,
+    RleMask,
     ScoreInfo,
     SkipInfo,
+    SweepInfo,
     TruthInfo,
 )
 from reviewer.evaluation.counting import counts_of_pair
 from reviewer.evaluation.outcomes import f_by_outcome
+from reviewer.masks import empty_rle
 from reviewer.metrics import Counts, f_score, precision, recall, unseen_share
 from reviewer.models.registry import segmenter_reads
-from reviewer.records import Run, StoredRegion
+from reviewer.records import MaskRevision, Pair, Run, StoredRegion
 from reviewer.store import runs
 from reviewer.store.database import Store
 from reviewer.store.layers import load_alignment, load_labels, pair_doubt
@@ -27,6 +31,7 @@ from reviewer.store.reviews import review_state
 from reviewer.store.revisions import newest_revision
 from reviewer.store.skips import skip_of_pair
 from reviewer.store.stages_done import pair_overview
+from reviewer.store.sweeps import Sweep, sweep_of_pair
 from reviewer.store.truth import drawn_since, list_statements, standing_of_pair
 from reviewer.words import PairLayer
 
@@ -103,8 +108,35 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
         labels=_label_infos(store, run, pair_id) if run else [],
         reads_labels=run is not None and "labels" in segmenter_reads(run.segmenter),
         regions=[region_info(region, f_if.get(region.id, {})) for region in regions],
+        sweep=sweep_info(sweep_of_pair(store, pair, annotator_id)),
         scores={method: score_info(value) for method, value in counts.items()},
     )
+
+
+def newest_mask(store: Store, pair: Pair) -> MaskReply:
+    """Return the newest ground truth of a pair; revision 0 and all-zero where there is none."""
+    newest = newest_revision(store, pair.id)
+    if newest:
+        return mask_reply(newest)
+    nothing = empty_rle(pair.live.height, pair.live.width)
+    return MaskReply.empty(nothing.height, nothing.width, nothing.counts)
+
+
+def mask_reply(revision: MaskRevision) -> MaskReply:
+    """Return a revision as the API shows it."""
+    mask = revision.mask
+    return MaskReply(
+        revision=revision.number,
+        mask=RleMask(height=mask.height, width=mask.width, counts=mask.counts),
+        ignore=revision.ignore_mask.counts if revision.ignore_mask else None,
+        annotator=revision.annotator,
+        created_at=revision.created_at,
+    )
+
+
+def sweep_info(sweep: Sweep) -> SweepInfo:
+    """Return what was swept as the API shows it."""
+    return SweepInfo(columns=sweep.columns, rows=sweep.rows, swept=list(sweep.swept))
 
 
 def _alignment_info(store: Store, run: Run, pair_id: int) -> AlignmentInfo | None:

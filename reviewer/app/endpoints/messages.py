@@ -117,7 +117,8 @@ class RegionInfo(Message):
 
 
 class ProposalInfo(Message):
-    """A proposed mask as COCO run-lengths of the live image's size, and what became of it."""
+    """A proposed mask as COCO run-lengths of the live image's size, and what became of it; `also`
+    names the sources that propose nearly the same, `likelihood` orders the list."""
 
     key: str
     source: ProposalSource
@@ -130,6 +131,8 @@ class ProposalInfo(Message):
     box_xyxy: tuple[int, int, int, int]
     counts: str
     outcome: str | None
+    likelihood: float
+    also: list[ProposalSource]
 
 
 class DoubtfulRegionInfo(Message):
@@ -220,6 +223,15 @@ class SkipInfo(Message):
     reason: str
 
 
+class SweepInfo(Message):
+    """The tiles of a picture, and the numbers of those that the annotator has looked at from close
+    by; they count row by row from the top left."""
+
+    columns: int
+    rows: int
+    swept: list[int]
+
+
 class PairDetail(Message):
     """Everything the workbench needs to open a pair, except pixels."""
 
@@ -244,6 +256,7 @@ class PairDetail(Message):
     reads_labels: bool
     regions: list[RegionInfo]
     scores: dict[str, ScoreInfo]
+    sweep: SweepInfo
 
 
 class RleMask(Message):
@@ -268,6 +281,14 @@ class MaskReply(Message):
         """The reply for a pair without ground truth."""
         mask = RleMask(height=height, width=width, counts=counts)
         return cls(revision=0, mask=mask, ignore=None, annotator=None, created_at=None)
+
+
+class OpenedPair(Message):
+    """What opens a pair: all of it as it was at one moment."""
+
+    pair: PairDetail
+    mask: MaskReply
+    proposals: list[ProposalInfo]
 
 
 class MaskChange(Message):
@@ -321,12 +342,13 @@ class RevisionInfo(Message):
 
 
 class QueueQuery(Message):
-    """Filters and order of the queue."""
+    """Filters and order of the queue; `search` are words of "split/name" or of objects' labels."""
 
     split: Key | None = None
     state: PairState | None = None
     team: TeamState | None = None
     order: QueueOrder = "name"
+    search: Word = ""
     run: Key | None = None
     limit: Annotated[int, Field(ge=1, le=5000)] = 100
     offset: Annotated[int, Field(ge=0, le=10_000_000)] = 0

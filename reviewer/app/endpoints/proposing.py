@@ -10,6 +10,7 @@ from reviewer.app.endpoints import messages as m
 from reviewer.app.endpoints.details import pair_detail
 from reviewer.app.endpoints.fields import Key
 from reviewer.editing.proposals import list_proposals
+from reviewer.editing.ranking import Proposal
 from reviewer.editing.relabel import Relabelling
 from reviewer.found.thumbnails import draw_thumbnail
 from reviewer.store.database import Store
@@ -31,25 +32,11 @@ def build_proposing(store: Store) -> APIRouter:
         source: Annotated[list[ProposalSource], Query(max_length=20)],
         run: Key | None = None,
     ) -> list[m.ProposalInfo]:
-        """The masks that a run proposes for a pair, from one or several sources."""
+        """The masks that a run proposes for a pair, the likeliest change first; near duplicates of
+        several sources are one."""
         pair = pair_of_id(store, pair_id)
         found = list_proposals(store, pair, run_or_newest(store, run), source)
-        return [
-            m.ProposalInfo(
-                key=proposal.key,
-                source=proposal.source,
-                run=proposal.run,
-                number=proposal.number,
-                label=proposal.label,
-                score=proposal.score,
-                region_id=proposal.region_id,
-                area=proposal.mask.area,
-                box_xyxy=_xyxy(proposal.mask.box_xywh),
-                counts=proposal.mask.counts,
-                outcome=proposal.outcome,
-            )
-            for proposal in found
-        ]
+        return [proposal_info(proposal) for proposal in found]
 
     @router.put("/pairs/{pair_id}/labels/{number}")
     def put_label(
@@ -73,6 +60,25 @@ def build_proposing(store: Store) -> APIRouter:
         return Response(picture, media_type="image/jpeg", headers=headers)
 
     return router
+
+
+def proposal_info(proposal: Proposal) -> m.ProposalInfo:
+    """Return a proposal as the API shows it."""
+    return m.ProposalInfo(
+        key=proposal.key,
+        source=proposal.source,
+        run=proposal.run,
+        number=proposal.number,
+        label=proposal.label,
+        score=proposal.score,
+        region_id=proposal.region_id,
+        area=proposal.mask.area,
+        box_xyxy=_xyxy(proposal.mask.box_xywh),
+        counts=proposal.mask.counts,
+        outcome=proposal.outcome,
+        likelihood=round(proposal.likelihood, 4),
+        also=list(proposal.also),
+    )
 
 
 def _xyxy(box: tuple[int, int, int, int]) -> tuple[int, int, int, int]:

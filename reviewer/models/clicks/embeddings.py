@@ -90,10 +90,10 @@ class EmbeddingCache:
         return {name: array.astype(np.float32) for name, array in found.items()}
 
 
-def cache_folder() -> Path:
-    """Return where embeddings are kept: `reviewer/embeddings` under the user's cache folder."""
+def cache_folder(what: str = "embeddings") -> Path:
+    """Return where something is kept: `reviewer/embeddings`, say, under the user's cache folder."""
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "reviewer" / "embeddings"
+    return Path(base) / "reviewer" / what
 
 
 def _size(embedding: Embedding) -> int:

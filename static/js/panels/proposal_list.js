@@ -24,7 +24,7 @@ const METHODS = { base: "without DoI", doi: "with DoI", audited: "after audit" }
 /** @type {Record<string, string>} */
 const OUTCOMES = { add: "added", subtract: "taken out", replace: "replaced", reject: "rejected", "ill-posed": "ill-posed" };
 /** @type {Partial<Record<Proposal["source"], string>>} */
-const NAMES = { detector: "detector", object_live: "object", object_reference: "object before",
+const NAMES = { detector: "detector", object_live: "object", object_reference: "object before", candidate: "candidate",
   prediction: "prediction", missed: "only predicted", extra: "only drawn" };
 
 /** @param {HTMLElement} root @param {Proposal[]} proposals @param {Region[]} regions
