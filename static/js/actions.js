@@ -2,10 +2,12 @@
  * What keys and buttons do: one function for each action of the key table.
  * @typedef {{state: import("./state.js").State, session: import("./pair_session.js").PairSession,
  *   side: import("./side.js").Side, modes: import("./modes.js").Modes,
- *   looking: import("./looking.js").Looking}} Parts
+ *   looking: import("./looking.js").Looking, around: import("./surroundings.js").Surroundings,
+ *   strip: import("./strip.js").Strip, palette: () => void, tour: () => void}} Parts
  */
 import { dropSpecks, fillHoles, grow, keepComponent, shrink, smooth } from "./cleanup.js";
 import { $, attempt, notice } from "./chrome.js";
+import { STRIP } from "./strip.js";
 import { MODES } from "./modes.js";
 import { takePrediction } from "./taking.js";
 
@@ -22,7 +24,7 @@ export const CLEANUPS = {
 };
 
 /** @param {Parts} parts @returns {Record<string, (down: boolean) => unknown>} */
-export function actionsOf({ state, session, side, modes, looking }) {
+export function actionsOf({ state, session, side, modes, looking, around, strip, palette, tour }) {
   const { hand } = session;
 
   /** @param {"radius" | "opacity" | "brightness" | "contrast"} name @param {number} value
@@ -70,15 +72,17 @@ export function actionsOf({ state, session, side, modes, looking }) {
     if (state.side === "history") $("history-list").querySelector("li")?.focus();
   };
 
-  const walk = (/** @type {number} */ by) => {
-    return hand.tool.cycle?.(by) || side.walk(by);
+  const walk = async (/** @type {number} */ by) => {
+    if (hand.tool.cycle?.(by)) return undefined;
+    await side.loading;
+    return by > 0 && state.tabOn && side.atEnd ? modes.step(1) : side.walk(by);
   };
 
   return {
     ...Object.fromEntries(Object.keys(hand.tools).map((tool) => [tool, () => hand.take(tool)])),
     ...Object.fromEntries(Object.keys(CLEANUPS).map((name) => [name, () => cleanUp(name)])),
-    ...Object.fromEntries(["add", "subtract", "replace", "ill-posed"].map((way) => [way, () => session.apply(way)])),
-    "reject-proposal": () => session.apply("reject"),
+    ...Object.fromEntries(["add", "subtract", "replace", "ill-posed"].map((way) => [way, () => side.apply(way)])),
+    "reject-proposal": () => side.apply("reject"),
     target: () => {
       hand.complete();
       state.change({ target: state.target === "mask" ? "ignore" : "mask" });
@@ -98,6 +102,14 @@ export function actionsOf({ state, session, side, modes, looking }) {
     hide: (down) => state.hold({ hidden: down }),
     blink: (down) => state.hold({ blinking: down }),
     swipe: (down) => state.hold({ swiping: down }),
+    loupe: (down) => state.hold({ magnifying: down }),
+    ...Object.fromEntries(STRIP.slice(0, 9).map((layer, place) => [`layer-${place + 1}`, () => strip.put(layer)])),
+    drawer: () => state.change({ drawer: !state.drawer }),
+    map: () => around.turn("Map"),
+    "what-if": () => around.turn("What if"),
+    scores: () => around.turn("Scores"),
+    palette,
+    tour,
     outline: () => state.change({ outline: !state.outline }),
     unseen: () => state.change({ veiled: !state.veiled }),
     fit: () => looking.fitAll(),
