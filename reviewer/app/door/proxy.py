@@ -27,7 +27,8 @@ CONTENT_SECURITY = (
 )
 
 # Our styles hide Viser's own control panel and dock grips from the first paint on.
-PAGE_HEAD = b"""<link rel="stylesheet" href="/static/shell.css">
+PAGE_HEAD = b"""<link rel="stylesheet" href="/static/tokens.css">
+<link rel="stylesheet" href="/static/shell.css">
 <script type="module" src="/static/js/shell/main.js"></script>
 <title>reviewer</title></head>"""
 

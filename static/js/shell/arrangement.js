@@ -23,7 +23,9 @@ export class Arrangement {
     this.grow.hidden = true;
     this.grow.title = "Show the map large";
     this.grow.setAttribute("aria-label", "Show the map large");
-    this.grow.textContent = "⤢";
+    const sign = document.createElement("span");
+    sign.textContent = "⤢";
+    this.grow.append(sign);
     this.grow.onclick = () => turnTo("Map");
   }
 
