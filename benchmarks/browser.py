@@ -46,6 +46,7 @@ def desk(url: str, name: str = "Benchmark") -> Iterator[tuple[Page, Frame]]:
         assert frame is not None
         expect(frame.locator("#title")).not_to_have_text("…", timeout=60_000)
         wait_shown(frame)
+        frame.click("#tour-skip")
         page.wait_for_timeout(1500)
         yield page, frame
         browser.close()

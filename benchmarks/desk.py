@@ -24,6 +24,7 @@ import cv2
 import httpx
 import numpy as np
 from browser import DEMO, TOKEN, desk, serve, wait_saved, wait_shown
+from looks import looks
 from playwright.sync_api import Frame, Page
 
 from reviewer.masks import encode_rle
@@ -246,6 +247,8 @@ def main() -> None:
     with copied(arguments.db) as db:
         samples = measure_small(db)
     with copied(arguments.db) as db:
+        seen = looks(db)
+    with copied(arguments.db) as db:
         samples["crowd"] = crowd_saves(db)
     with enlarged(arguments.db) as db:
         large = measure_large(db)
@@ -262,6 +265,7 @@ def main() -> None:
     }
     results = {name: float(np.percentile(values, 95)) for name, values in figures.items()}
     results["brush_growth"] = float(growth)
+    results |= seen
     if arguments.json:
         print(json.dumps(results))
         return
@@ -272,6 +276,8 @@ def main() -> None:
         print(f"{name:24} n {len(values):5}   {line}{mark}")
     mark = "" if growth <= LIMITS["brush_growth"] else "  over the limit"
     print(f"{'brush_growth':24} {growth:.2f}   limit {LIMITS['brush_growth']:g}{mark}")
+    for name, value in seen.items():
+        print(f"{name:24} {value:.2f}")
 
 
 if __name__ == "__main__":

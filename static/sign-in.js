@@ -12,3 +12,9 @@ function takeToken() {
 
 takeToken();
 window.addEventListener("hashchange", takeToken);
+
+// The workbench asks for the panels of this person before it knows who is signed in.
+document.querySelector("form")?.addEventListener("submit", () => {
+  const field = /** @type {HTMLInputElement} */ (document.querySelector("input[name=name]"));
+  localStorage.setItem("reviewer.annotator", field.value.trim());
+});

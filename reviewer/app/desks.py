@@ -41,8 +41,7 @@ class Desk:
         pair_id: the pair that was asked for last; shown_id: the one that the frame shows.
         only: pairs that the queue is narrowed to, by something else than a filter; None = all.
         ids: the queue: pair ids in order, under the filters.
-        window_width, queue_width, workbench_width: of the browser's window and the docked panels,
-            CSS pixels; 0 = not known.
+        queue_width: of the docked queue, CSS pixels; 0 = not known.
         redraw: redraws the Viser side, given what changed: "unlock", "queue", "pair", "change" or
             "theme".
         send: sends a message to the workbench frame.
@@ -60,9 +59,7 @@ class Desk:
     shown_id: int | None = None
     ids: list[int] = field(default_factory=list)
     dark: bool = True
-    window_width: int = 0
     queue_width: int = 0
-    workbench_width: int = 0
     redraw: Callable[[str], None] = lambda what: None
     send: Send = lambda message: None
     lock: RLock = field(default_factory=RLock)
@@ -119,8 +116,7 @@ class Desk:
             self.pair_id = left.pair
         if not fresh:
             return
-        self.dark, self.window_width = left.dark, left.window
-        self.queue_width, self.workbench_width = left.queue, left.workbench
+        self.dark, self.queue_width = left.dark, left.queue
         if not known:
             return
         self.state, self.team, self.order = left.state, left.team, left.order
@@ -212,6 +208,7 @@ class Desks:
     def __init__(self, store: Store) -> None:
         self._store = store
         self._desks: dict[str, Desk] = {}
+        self._taken: list[Desk] = []
         self._lock = RLock()
 
     def create(self) -> tuple[str, Desk]:
@@ -225,6 +222,23 @@ class Desks:
         """Return the desk of a nonce."""
         with self._lock:
             return self._desks.get(nonce)
+
+    def enter(self, desk: Desk) -> None:
+        """A person is at a desk now; all who are at theirs are told who is."""
+        with self._lock:
+            self._taken.append(desk)
+            self._tell()
+
+    def leave(self, desk: Desk) -> None:
+        """A person has left a desk."""
+        with self._lock:
+            self._taken = [other for other in self._taken if other is not desk]
+            self._tell()
+
+    def _tell(self) -> None:
+        names = sorted({desk.annotator for desk in self._taken if desk.annotator})
+        for desk in self._taken:
+            desk.send({"type": "here", "names": names})
 
     def remove(self, nonce: str) -> None:
         """Forget a desk whose Viser client left."""

@@ -24,8 +24,7 @@ from reviewer.app.panels.scores import ScoresPanel
 from reviewer.app.panels.whatif import WhatIfPanel
 
 ACCENT = (20, 130, 140)
-QUEUE_WIDTH = 250
-WORKBENCH_SHARE = 0.62
+QUEUE_WIDTH = 216
 
 
 class Shell:
@@ -65,9 +64,10 @@ class Shell:
         with panel.add_tab("Workbench", viser.Icon.BRUSH):
             # The frame lies over this place (static/js/shell): it outlives what Viser draws.
             client.gui.add_html(f'<div class="workbench-place" data-client="{nonce}"></div>')
+        with panel.add_tab("Map", viser.Icon.MAP_2):
+            client.gui.add_html('<div class="map-place"></div>')
+        # Styles give it all that the drawer leaves.
         panel.dock_right()
-        # A first guess; the frame knows how wide the panel was.
-        panel.set_width(_workbench_width(client.camera.image_width))
 
     def _disconnect(self, client: viser.ClientHandle) -> None:
         nonce = self._nonces.pop(client.client_id, None)
@@ -89,7 +89,6 @@ def _drawer(
                 queue = QueuePanel(client, desk)
                 queue.panel.dock_left()
                 queue.panel.set_width(desk.queue_width or QUEUE_WIDTH)
-                workbench.set_width(desk.workbench_width or _workbench_width(desk.window_width))
                 found = FoundPanel(client, desk, queue.panel)
                 plan = PlanPanel(client, desk, queue.panel)
                 rules = WhatIfPanel(client, desk, workbench)
@@ -115,8 +114,3 @@ def _theme(client: viser.ClientHandle, *, dark: bool) -> None:
         brand_color=ACCENT,
         control_width="small",
     )
-
-
-def _workbench_width(window: int) -> int:
-    """The workbench takes most of the window, and leaves the queue and a map."""
-    return max(560, round(window * WORKBENCH_SHARE))

@@ -2,11 +2,13 @@
  * What keys and buttons do: one function for each action of the key table.
  * @typedef {{state: import("./state.js").State, session: import("./pair_session.js").PairSession,
  *   side: import("./side.js").Side, modes: import("./modes.js").Modes,
- *   looking: import("./looking.js").Looking, jump: import("./panels/jump.js").Jump,
- *   sweep: import("./sweep.js").Sweep}} Parts
+ *   looking: import("./looking.js").Looking, around: import("./surroundings.js").Surroundings,
+ *   strip: import("./strip.js").Strip, jump: import("./panels/jump.js").Jump,
+ *   sweep: import("./sweep.js").Sweep, palette: () => void, tour: () => void}} Parts
  */
 import { dropSpecks, fillHoles, grow, keepComponent, shrink, smooth } from "./cleanup.js";
 import { $, attempt, notice } from "./chrome.js";
+import { STRIP } from "./strip.js";
 import { MODES } from "./modes.js";
 import { takePrediction } from "./taking.js";
 
@@ -23,7 +25,9 @@ export const CLEANUPS = {
 };
 
 /** @param {Parts} parts @returns {Record<string, (down: boolean) => unknown>} */
-export function actionsOf({ state, session, side, modes, looking, jump, sweep }) {
+export function actionsOf(
+  { state, session, side, modes, looking, around, strip, jump, sweep, palette, tour },
+) {
   const { hand } = session;
 
   /** @param {"radius" | "opacity" | "brightness" | "contrast"} name @param {number} value
@@ -71,15 +75,17 @@ export function actionsOf({ state, session, side, modes, looking, jump, sweep })
     if (state.side === "history") $("history-list").querySelector("li")?.focus();
   };
 
-  const walk = (/** @type {number} */ by) => {
-    return hand.tool.cycle?.(by) || side.walk(by);
+  const walk = async (/** @type {number} */ by) => {
+    if (hand.tool.cycle?.(by)) return undefined;
+    await side.loading;
+    return by > 0 && state.tabOn && side.atEnd ? modes.step(1) : side.walk(by);
   };
 
   return {
     ...Object.fromEntries(Object.keys(hand.tools).map((tool) => [tool, () => hand.take(tool)])),
     ...Object.fromEntries(Object.keys(CLEANUPS).map((name) => [name, () => cleanUp(name)])),
-    ...Object.fromEntries(["add", "subtract", "replace", "ill-posed"].map((way) => [way, () => session.apply(way)])),
-    "reject-proposal": () => session.apply("reject"),
+    ...Object.fromEntries(["add", "subtract", "replace", "ill-posed"].map((way) => [way, () => side.apply(way)])),
+    "reject-proposal": () => side.apply("reject"),
     // The key may come before the list does.
     "reject-rest": () => side.loading.then(() => session.rejectRest()),
     target: () => {
@@ -101,6 +107,14 @@ export function actionsOf({ state, session, side, modes, looking, jump, sweep })
     hide: (down) => state.hold({ hidden: down }),
     blink: (down) => state.hold({ blinking: down }),
     swipe: (down) => state.hold({ swiping: down }),
+    loupe: (down) => state.hold({ magnifying: down }),
+    ...Object.fromEntries(STRIP.slice(0, 9).map((layer, place) => [`layer-${place + 1}`, () => strip.put(layer)])),
+    drawer: () => state.change({ drawer: !state.drawer }),
+    map: () => around.turn("Map"),
+    "what-if": () => around.turn("What if"),
+    scores: () => around.turn("Scores"),
+    palette,
+    tour,
     outline: () => state.change({ outline: !state.outline }),
     unseen: () => state.change({ veiled: !state.veiled }),
     sweep: () => sweep.next(),

@@ -5,6 +5,7 @@
  * @typedef {import("./page.js").PageTags} Tags
  */
 import { keepsRadius } from "./tools/brush.js";
+import { presetOf } from "./presets.js";
 import { truthLine } from "./truth.js";
 
 /** @type {Record<string, string>} */
@@ -23,10 +24,15 @@ export const $ = (id) => /** @type {any} */ (document.getElementById(id));
 /** @param {State} state */
 export function showSettings(state) {
   document.documentElement.dataset.theme = state.dark ? "dark" : "light";
-  for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "brightness", "contrast", "mode", "source"])) {
+  for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "brightness", "contrast", "blinkMs", "mode", "source"])) {
     $(name).value = String(state[name]);
   }
   for (const name of /** @type {const} */ (["walkOrder", "walkOpinion"])) $(name).value = state[name];
+  for (const name of /** @type {const} */ (["advance", "tabOn", "openAtProposal"])) $(name).checked = state[name];
+  $("blinkMs-value").textContent = `${state.blinkMs} ms`;
+  $("preset").value = presetOf(state);
+  $("pane-count").value = String(state.layers.length);
+  $("drawer").setAttribute("aria-expanded", String(state.drawer));
   $("walking").hidden = state.mode !== "audit";
   $("radius-value").textContent = String(state.radius);
   $("tolerance-value").textContent = String(state.tolerance);

@@ -3,7 +3,7 @@
  * @typedef {(action: string, down: boolean) => void} Act
  * @typedef {import("./keys.js").Keymap} Keymap
  */
-import { KEYS, keyName } from "./keys.js";
+import { findKeys, KEYS, keyName } from "./keys.js";
 
 const MODIFIERS = ["Shift", "Control", "Alt", "Meta", "AltGraph", "CapsLock"];
 
@@ -53,7 +53,7 @@ export function wireKeys(keymap, act, openDialog) {
     if (!entry || event.defaultPrevented) return;
     if (target.matches?.("input:not([type=range]), textarea, select")) return;
     const dialog = openDialog();
-    if (dialog && !(dialog.id === "help" && entry.action === "help")) return;
+    if (dialog && dialog.id !== entry.action) return;
     // A person who walks the controls by keyboard needs these for them.
     if (inControl && ["Tab", "Shift+Tab", "Enter", " ", "ArrowUp", "ArrowDown"].includes(key)) return;
     if (target.matches?.("input") && key.startsWith("Arrow")) return;
@@ -63,14 +63,16 @@ export function wireKeys(keymap, act, openDialog) {
   });
 }
 
-/** List the keys by group; a click on a key waits for another one. @param {HTMLElement} root
+/** List the keys that are searched for, by group; a click on a key waits for another one. @param {HTMLElement} root
  * @param {Keymap} keymap @param {() => void} changed */
 export function fillHelp(root, keymap, changed) {
-  const groups = [...new Set(KEYS.map((entry) => entry.group))];
+  const search = /** @type {HTMLInputElement} */ (document.getElementById("help-search")).value;
+  const found = findKeys(search);
+  const groups = [...new Set(found.map((entry) => entry.group))];
   root.replaceChildren(...groups.flatMap((group) => {
     const title = document.createElement("h3");
     title.textContent = group;
-    return [title, ...KEYS.filter((entry) => entry.group === group).map((entry) => keyRow(entry, keymap, changed))];
+    return [title, ...found.filter((entry) => entry.group === group).map((entry) => keyRow(entry, keymap, changed))];
   }));
 }
 
@@ -82,6 +84,7 @@ function keyRow(entry, keymap, changed) {
   key.dataset.key = entry.action;
   key.textContent = keymap.shown(entry.action);
   key.title = "Click, then press the new key";
+  key.setAttribute("aria-label", `${entry.title}: ${key.textContent}. Change the key`);
   key.onclick = () => {
     key.textContent = "press a key";
     key.dataset.waiting = "yes";

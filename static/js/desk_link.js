@@ -48,6 +48,11 @@ export class DeskLink {
       if (message.pair !== session.wanted || message.run !== state.run) await this.open(message.pair, message.run);
     } else if (message.type === "queue") {
       around.filtered(message);
+    } else if (message.type === "here") {
+      const others = message.names.filter((name) => name !== state.annotator);
+      $("here").textContent = others.length ? `Also here: ${others.join(", ")}` : "Nobody else is here.";
+    } else if (message.type === "map") {
+      around.mapped(message.there);
     } else if (message.type === "ahead") {
       for (const id of message.pairs) this.loadAhead(id);
     } else if (message.type === "end") {
@@ -58,7 +63,7 @@ export class DeskLink {
   /** The desk has answered. @param {import("./wire.js").Ready} message */
   async begin(message) {
     const { around, on, state } = this;
-    around.joined();
+    around.joined(message.annotator);
     const first = !state.owner;
     this.version ||= message.version;
     if (message.version !== this.version) notice("The server has been updated. Load the page again to work with what is new.", true);

@@ -6,6 +6,7 @@ import { CLEANUPS } from "./actions.js";
 import { $, attempt, notice } from "./chrome.js";
 import { fillHelp, titleButtons } from "./controls.js";
 import { KEYS } from "./keys.js";
+import { PRESETS } from "./presets.js";
 import { COUNTS, shareOut } from "./panes.js";
 
 /** @param {{state: import("./state.js").State, side: import("./side.js").Side,
@@ -14,7 +15,7 @@ import { COUNTS, shareOut } from "./panes.js";
  *   link: import("./desk_link.js").DeskLink, act: (action: string) => void}} parts */
 export function wireFields({ state, side, modes, keymap, panes, looking, link, act }) {
   /** The field gives the keys back, and its value is used. @param {"cleanup" | "mode" | "walkOrder" |
-   * "walkOpinion" | "source" | "run"} id @param {(value: string) => void} use */
+   * "walkOpinion" | "source" | "preset" | "run"} id @param {(value: string) => void} use */
   const choose = (id, use) => {
     $(id).onchange = () => {
       const { value } = $(id);
@@ -22,9 +23,24 @@ export function wireFields({ state, side, modes, keymap, panes, looking, link, a
       use(value);
     };
   };
-  for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "brightness", "contrast"])) {
+  /** @param {{layers: string[], spare: string[]}} shared */
+  const setLayers = (shared) => {
+    panes.build(shared.layers);
+    state.change(shared);
+    looking.fitAll();
+  };
+  for (const name of /** @type {const} */ (["radius", "tolerance", "opacity", "brightness", "contrast", "blinkMs"])) {
     $(name).oninput = () => state.change({ [name]: Number($(name).value) });
   }
+  for (const name of /** @type {const} */ (["advance", "tabOn", "openAtProposal"])) {
+    $(name).onchange = () => state.change({ [name]: $(name).checked });
+  }
+  choose("preset", (name) => {
+    if (!name) return;
+    const { layers, mode } = PRESETS[name];
+    setLayers({ layers: [...layers], spare: [] });
+    attempt(modes.change(mode));
+  });
   choose("cleanup", (name) => {
     $("cleanup").value = "";
     act(name);
@@ -47,12 +63,8 @@ export function wireFields({ state, side, modes, keymap, panes, looking, link, a
       attempt(side.load());
     };
   }
-  $("pane-count").onchange = () => {
-    const shared = shareOut(Number($("pane-count").value), state.layers, state.spare);
-    panes.build(shared.layers);
-    state.change(shared);
-    looking.fitAll();
-  };
+  $("pane-count").onchange = () => setLayers(shareOut(Number($("pane-count").value), state.layers, state.spare));
+  $("help-search").oninput = () => fillHelp($("help-keys"), keymap, () => changeKeys(state, keymap, keymap.changes));
   choose("run", (run) => {
     if (link.socket.send({ type: "run", run })) return;
     $("run").value = state.run ?? "";
@@ -60,6 +72,11 @@ export function wireFields({ state, side, modes, keymap, panes, looking, link, a
   });
   $("reset-keys").onclick = () => changeKeys(state, keymap, {});
   $("close-help").onclick = () => $("help").close();
+  for (const menu of document.querySelectorAll("details.menu")) {
+    menu.addEventListener("click", ({ target }) => {
+      if (target instanceof HTMLButtonElement) menu.removeAttribute("open");
+    });
+  }
   for (const type of ["pointerdown", "keydown"]) {
     document.addEventListener(type, (event) => {
       for (const menu of document.querySelectorAll("details[open]")) {
@@ -75,7 +92,7 @@ export function wireFields({ state, side, modes, keymap, panes, looking, link, a
 export function fillFields(state, keymap, panes) {
   panes.build(state.layers);
   $("pane-count").replaceChildren(...COUNTS.map((n) => new Option(String(n), String(n))));
-  $("pane-count").value = String(state.layers.length);
+  $("preset").replaceChildren(new Option("Own panes", ""), ...Object.entries(PRESETS).map(([name, { title }]) => new Option(title, name)));
   changeKeys(state, keymap, state.keys);
 }
 

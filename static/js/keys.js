@@ -29,8 +29,8 @@ export const KEYS = [
   { key: "Shift+ArrowRight", action: "cursor-right", title: "Cursor right", group: "Cursor", repeats: true },
   { key: "Shift+ArrowUp", action: "cursor-up", title: "Cursor up", group: "Cursor", repeats: true },
   { key: "Shift+ArrowDown", action: "cursor-down", title: "Cursor down", group: "Cursor", repeats: true },
-  { key: "z", action: "press", title: "Use the tool at the cursor", group: "Cursor" },
-  { key: "Shift+z", action: "press-other", title: "Use it the other way: take away", group: "Cursor" },
+  { key: "Shift+Enter", action: "press", title: "Use the tool at the cursor", group: "Cursor" },
+  { key: "Alt+Enter", action: "press-other", title: "Use it the other way: take away", group: "Cursor" },
   { key: "Shift+h", action: "fill-holes", title: "Fill holes", group: "Clean up" },
   { key: "Shift+d", action: "drop-specks", title: "Drop specks under 20 px", group: "Clean up" },
   { key: "Shift+k", action: "keep-component", title: "Keep only the part under the cursor", group: "Clean up" },
@@ -40,6 +40,9 @@ export const KEYS = [
   { key: "h", action: "hide", title: "Hide overlays (hold)", group: "Look", held: true },
   { key: " ", action: "blink", title: "Blink live and reference (hold)", group: "Look", held: true },
   { key: "s", action: "swipe", title: "Swipe: reference left of the cursor (hold)", group: "Look", held: true },
+  { key: "z", action: "loupe", title: "Loupe: the place under the cursor six times as large (hold)", group: "Look", held: true },
+  ...[1, 2, 3, 4, 5, 6, 7, 8, 9].map((n) => ({ key: `Alt+${n}`, action: `layer-${n}`,
+    title: `Layer ${n} of the strip, in the pane under the cursor`, group: "Look" })),
   { key: "n", action: "outline", title: "Outline only", group: "Look" },
   { key: "Shift+u", action: "unseen", title: "Veil what the run has not seen, on live and reference", group: "Look" },
   { key: "Shift+ ", action: "sweep", title: "Sweep: look at the next tile from close by", group: "Look" },
@@ -78,9 +81,24 @@ export const KEYS = [
   { key: "t", action: "side", title: "Proposals or history", group: "Pair" },
   { key: "w", action: "mode", title: "Next mode: correct, blind first, audit", group: "Pair" },
   { key: "Shift+l", action: "theme", title: "Dark or light", group: "Look" },
-  { key: "F6", action: "controls", title: "Walk the controls with Tab; Escape leaves them", group: "Pair" },
-  { key: "?", action: "help", title: "Show or hide this list", group: "Pair" },
+  { key: "\\", action: "drawer", title: "Show or hide the queue", group: "Page" },
+  { key: "Alt+m", action: "map", title: "The map, large; Escape comes back", group: "Page" },
+  { key: "Alt+w", action: "what-if", title: "What if: other thresholds and rules", group: "Page" },
+  { key: "Alt+s", action: "scores", title: "Scores", group: "Page" },
+  { key: "Ctrl+k", action: "palette", title: "Search all commands", group: "Page" },
+  { key: "Ctrl+F1", action: "tour", title: "Show the tour", group: "Page" },
+  { key: "F6", action: "controls", title: "Walk the controls with Tab; Escape leaves them", group: "Page" },
+  { key: "?", action: "help", title: "Show or hide this list", group: "Page" },
 ];
+
+/** The entries that all words of a search are in. @param {string} search */
+export function findKeys(search) {
+  const words = search.toLowerCase().split(/\s+/).filter(Boolean);
+  return KEYS.filter(({ group, title }) => {
+    const text = `${group} ${title}`.toLowerCase();
+    return words.every((word) => text.includes(word));
+  });
+}
 
 /** The name of the key of an event, as the table writes it. @param {KeyboardEvent} event */
 export function keyName(event) {

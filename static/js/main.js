@@ -7,15 +7,19 @@ import { $, attempt, notice, showFacts, showHeader, showSettings, STATES, waitin
 import { titleButtons, wireButtons, wireKeys } from "./controls.js";
 import { DeskLink } from "./desk_link.js";
 import { fillFields, wireFields } from "./fields.js";
+import { Strip, showOverview } from "./strip.js";
 import { Journal } from "./journal.js";
 import { Keymap } from "./keys.js";
 import { addressOf, LAYERS, levelAt, pictureOf, Pictures } from "./layers.js";
 import { Looking } from "./looking.js";
+import { showLoupe } from "./loupe.js";
 import { remember, rememberRevealed, restore } from "./memory.js";
 import { Modes } from "./modes.js";
 import { overlaysOf } from "./overlays.js";
 import { Jump } from "./panels/jump.js";
 import { PairSession } from "./pair_session.js";
+import { Palette } from "./panels/palette.js";
+import { Tour } from "./panels/tour.js";
 import { Panes } from "./panes.js";
 import { listen } from "./pointer.js";
 import { SaveStatus } from "./save_status.js";
@@ -32,7 +36,8 @@ const keymap = new Keymap();
 const standing = new Standing();
 const shown = (/** @type {string} */ action) => keymap.shown(action);
 
-const pictures = new Pictures(() => view.ask());
+const pictures = new Pictures(() => { view.ask(); strip.ask(); side.crops.draw(); });
+const bitmapOf = (/** @type {string} */ layer) => (state.pair?.layers.some((name) => name === layer) ? pictures.get(addressOf(state, layer)).bitmap : null);
 const saves = new SaveStatus(state, standing, pictures, { open: (id) => link.open(id, state.run), shown });
 const saver = new Saver({
   put: api.putMask,
@@ -45,34 +50,43 @@ const panes = new Panes($("panes"), (index, layer) => state.showLayer(index, lay
 const looking = new Looking(state, panes, sessionStorage);
 state.subscribe("candidate", (_, asking) => document.body.toggleAttribute("data-asking", asking));
 const overlays = overlaysOf(state, session.document, () => view.now());
-const view = new View(state, panes, overlays, pictures, (layer, level) => addressOf(state, layer, level), () => showFacts(state));
+const view = new View(state, panes, overlays, pictures, (layer, level) => addressOf(state, layer, level), drawn);
+const strip = new Strip($("strip-layers"), state, view, panes, shown);
 
 state.subscribe("pair", () => {
   showHeader(state);
+  around.arrange(state);
   for (const { element } of panes.items) element.classList.toggle("locked", state.locked);
 });
 state.subscribe("saved", () => showHeader(state));
 state.subscribe("settings", () => {
   showSettings(state);
+  around.arrange(state);
   remember(state, localStorage);
 });
 state.subscribe("revealed", () => rememberRevealed(state, localStorage));
 state.watch(() => view.ask());
 
-const side = new Side(state, session, overlays, looking, shown);
+const side = new Side(state, session, overlays, looking, shown, bitmapOf, (verdict) => modes.judge(verdict));
 const modes = new Modes(state, session, side, { shown, open: (id, run) => link.open(id, run), next: (by) => link.next(by) });
 const jump = new Jump({ states: STATES, wrong: (error) => notice(String(error), true),
   find: async (words, most) => (await api.findPairs(words, state.run, most)).pairs,
   open: (id) => link.open(id, state.run) });
 const sweep = new Sweep(state, looking, panes, $("facts"), { note: api.sweep, wrong: (error) => notice(String(error), true) });
-const actions = actionsOf({ state, session, side, modes, looking, jump, sweep });
-const around = new Surroundings(sessionStorage);
+const around = new Surroundings(sessionStorage, localStorage);
+const palette = new Palette(keymap, (action) => act(action));
+const tour = new Tour(state);
+const actions = actionsOf({ state, session, side, modes, looking, around, strip, jump, sweep,
+  palette: () => palette.open(), tour: () => tour.begin() });
 const link = new DeskLink(state, session, around, {
   here: () => { standing.joined(); saver.retry(); },
   away: () => { standing.parted(api.me().then(() => 200, (error) => error.status ?? 0)); },
   start,
   runs: (runs) => side.offer(runs),
-  settled: async (first) => { if (first && state.mode === "audit") await modes.change("audit"); },
+  settled: async (first) => {
+    if (first && state.mode === "audit") await modes.change("audit");
+    if (first && !state.toured && state.pair) tour.begin();
+  },
   ahead: (pair, name) => {
     const { width, height } = panes.size();
     const scale = Math.min(width / pair.width, height / pair.height) * (window.devicePixelRatio || 1);
@@ -84,6 +98,8 @@ const link = new DeskLink(state, session, around, {
 async function start() {
   restore(state, localStorage);
   fillFields(state, keymap, panes);
+  $("annotator").textContent = state.annotator;
+  $("initial").textContent = state.annotator.slice(0, 1).toUpperCase();
   side.offer([]);
   attempt(side.reasons.load());
   api.me().then(({ clicks }) => { $("segmenter").textContent = `clicks: ${clicks}`; });
@@ -95,6 +111,17 @@ async function start() {
   }
   if (saver.idle) standing.saving("saved", "");
   window.focus();
+}
+
+let shownPair = "";
+/** A frame was drawn: what speaks of it follows; the strip waits until a pair's panes are complete. */
+function drawn() {
+  showFacts(state);
+  showOverview($("overview"), state, panes.size());
+  showLoupe($("loupe"), state, bitmapOf, overlays.mask.rim);
+  const { shown: pair = "" } = $("panes").dataset;
+  if (pair && pair !== shownPair) strip.ask();
+  shownPair = pair;
 }
 
 /** Do an action that a key or a button asks for. @param {string} action @param {boolean} [down] */
@@ -110,7 +137,7 @@ listen($("panes"), state, {
   size: () => panes.size(),
   pane: (canvas) => Number(canvas.dataset.pane),
   begin: (at, keys, pane) => session.hand.begin(at, keys, pictureIn(pane)),
-  hover: (at, pane) => session.hand.hover(at, pictureIn(pane)),
+  hover: (at, pane) => { strip.pointed = pane; session.hand.hover(at, pictureIn(pane)); },
   leave: () => session.hand.leave(),
   move: (at) => session.hand.move(at),
   end: () => attempt(session.hand.release()),
@@ -121,7 +148,7 @@ listen($("panes"), state, {
 });
 window.addEventListener("client", () => link.socket.again());
 window.addEventListener("pagehide", () => around.left());
-window.addEventListener("blur", () => state.hold({ blinking: false, swiping: false, hidden: false }));
+window.addEventListener("blur", () => state.hold({ blinking: false, swiping: false, hidden: false, magnifying: false }));
 window.addEventListener("online", () => saver.retry());
 window.addEventListener("beforeunload", (event) => { if (!saver.idle) event.preventDefault(); });
 wireFields({ state, side, modes, keymap, panes, looking, link, act });

@@ -124,7 +124,8 @@ export class Modes {
     const { session, side, state } = this;
     await this.arrived();
     const { region } = state;
-    if (!await side.judge(verdict) || !region || state.mode !== "audit") return;
+    if (!await side.judge(verdict) || !region) return;
+    if (state.mode !== "audit") return side.goOn();
     await this.step(1);
     const { history } = session.document;
     this.left = { region: region.id, history, length: history.done.length };

@@ -5,22 +5,29 @@
 
 /**
  * The tag of each element.
- * @typedef {{"all-mine": "button", "all-theirs": "button", "away": "p", "brightness": "input",
- *   "cleanup": "select", "close-help": "button", "close-reasons": "button", "comment": "input",
- *   "conflict": "dialog", "conflict-parts": "ol", "conflict-picture": "canvas",
- *   "conflict-save": "button", "conflict-text": "p", "conflict-who": "span", "contrast": "input",
- *   "edit-reasons": "button", "facts": "span", "help": "dialog", "help-keys": "div",
- *   "history": "div", "history-list": "ol", "label-list": "ol", "label-use": "span",
- *   "labels": "section", "middle": "div", "mode": "select", "notice": "div", "opacity": "input",
- *   "pane-count": "select", "panes": "section", "proposal-count": "span", "proposal-list": "ol",
- *   "proposal-note": "p", "proposals": "div", "radius": "input", "radius-field": "label",
- *   "radius-value": "output", "reason-list": "ol", "reasons": "dialog", "reasons-text": "textarea",
- *   "reasons-wrong": "p", "reset-keys": "button", "run": "select", "save": "span",
- *   "save-reasons": "button", "scores": "div", "segmenter": "span", "skip": "button",
- *   "source": "select", "standing": "span", "state": "span", "target": "button", "title": "h1",
- *   "tolerance": "input", "tolerance-field": "label", "tolerance-value": "output", "toolbox": "nav",
- *   "waiting": "span", "walk": "span", "walkOpinion": "select", "walkOrder": "select",
- *   "walking": "div", "where": "span", "why": "section"}} PageTags
+ * @typedef {{"advance": "input", "all-mine": "button", "all-theirs": "button", "annotator": "b", "away": "p",
+ *   "blinkMs": "input", "blinkMs-value": "output", "brightness": "input", "cleanup": "select",
+ *   "close-help": "button", "close-reasons": "button", "comment": "input", "conflict": "dialog",
+ *   "conflict-parts": "ol", "conflict-picture": "canvas", "conflict-save": "button",
+ *   "conflict-text": "p", "conflict-who": "span", "contrast": "input", "decide": "section",
+ *   "drawer": "button", "edit-reasons": "button", "facts": "span", "help": "dialog",
+ *   "help-keys": "div", "help-scroll": "div", "help-search": "input", "here": "span",
+ *   "history": "div", "history-list": "ol", "initial": "span", "label-list": "ol",
+ *   "label-use": "span", "labels": "section", "loupe": "div", "middle": "div", "mode": "select",
+ *   "more": "details", "notice": "div", "opacity": "input", "openAtProposal": "input",
+ *   "overview": "div", "palette": "dialog", "palette-list": "ol", "palette-search": "input",
+ *   "pane-count": "select", "panes": "section", "person": "details", "preset": "select",
+ *   "proposal-count": "span", "proposal-list": "ol", "proposal-note": "p", "proposals": "div",
+ *   "radius": "input", "radius-field": "label", "radius-value": "output", "reason-list": "ol",
+ *   "reasons": "dialog", "reasons-text": "textarea", "reasons-wrong": "p", "reset-keys": "button",
+ *   "run": "select", "save": "span", "save-reasons": "button", "scores": "div", "segmenter": "span",
+ *   "skip": "button", "source": "select", "standing": "span", "state": "span", "strip": "div",
+ *   "strip-layers": "div", "tabOn": "input", "target": "button", "title": "h1", "tolerance": "input",
+ *   "tolerance-field": "label", "tolerance-value": "output", "toolbox": "nav", "tour": "dialog",
+ *   "tour-next": "button", "tour-place": "p", "tour-skip": "button", "tour-text": "p",
+ *   "tour-title": "h2", "verdicts": "div", "waiting": "span", "walk": "span",
+ *   "walkOpinion": "select", "walkOrder": "select", "walking": "div", "ways": "div", "where": "span",
+ *   "why": "section"}} PageTags
  */
 
 export {};

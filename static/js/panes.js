@@ -4,8 +4,8 @@
 import { LAYERS } from "./layers.js";
 
 /**
- * @typedef {{element: HTMLElement, canvas: HTMLCanvasElement, select: HTMLSelectElement,
- *   note: HTMLElement, ground: Drawn, still: Drawn}} Pane
+ * @typedef {{canvas: HTMLCanvasElement, ground: Drawn}} Small a layer that is shown small
+ * @typedef {Small & {element: HTMLElement, select: HTMLSelectElement, note: HTMLElement, still: Drawn}} Pane
  *   ground: what lies under the masks, still: what lies under the cursor, as drawn last
  * @typedef {{canvas: OffscreenCanvas, key: string}} Drawn
  */

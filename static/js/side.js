@@ -6,6 +6,8 @@
 import { api } from "./api.js";
 import { $, attempt, notice, waiting } from "./chrome.js";
 import { drawHistory } from "./panels/history_list.js";
+import { Crops } from "./panels/crops.js";
+import { drawDecisions } from "./panels/decide.js";
 import { drawLabels } from "./panels/label_list.js";
 import { drawProposals, drawScores } from "./panels/proposal_list.js";
 import { Reasons } from "./panels/reasons.js";
@@ -16,18 +18,26 @@ export class Side {
   /** @param {State} state @param {import("./pair_session.js").PairSession} session
    * @param {Record<"candidate" | "proposal", import("./maskview.js").MaskView>} masks
    * @param {import("./looking.js").Looking} looking
-   * @param {(action: string) => string} shown the key of an action */
-  constructor(state, session, masks, looking, shown) {
+   * @param {(action: string) => string} shown the key of an action
+   * @param {(layer: "warped" | "reference" | "live") => ImageBitmap | null} picture
+   * @param {(verdict: import("./wire.js").VerdictChange["verdict"]) => unknown} decide a verdict is pressed */
+  constructor(state, session, masks, looking, shown, picture, decide) {
     this.state = state;
     this.session = session;
     this.masks = masks;
     this.looking = looking;
     this.shown = shown;
     this.reasons = new Reasons(state, shown);
+    this.crops = new Crops($("proposal-list"), state, picture);
+    /** Whether the pair was opened just now, and nothing of it was shown yet. */
+    this.fresh = false;
     /** What the list holds: of which pair, run, source and version. */
     this.loaded = "";
     /** @type {Promise<void>} the reading of that */
     this.loading = Promise.resolve();
+    /** What the bar at the foot does. */
+    this.decisions = { shown, apply: (/** @type {string} */ way) => attempt(this.apply(way)),
+      verdict: (/** @type {import("./wire.js").VerdictChange["verdict"]} */ verdict) => attempt(decide(verdict)) };
     /** @type {import("./panels/history_list.js").Revision[]} */
     this.revisions = [];
     state.subscribe("pair", (fresh) => {
@@ -83,6 +93,9 @@ export class Side {
     if (this.loaded !== wanted || state.pair?.id !== pair.id) return;
     state.propose(found);
     this.show();
+    const opens = this.fresh && state.openAtProposal && state.mode !== "audit" && state.fitted && found.length > 0;
+    this.fresh = false;
+    if (opens) this.select(found[0].key, true);
   }
 
   /** @param {import("./state.js").Pair} pair @param {string} source */
@@ -94,15 +107,12 @@ export class Side {
   }
 
   draw() {
-    const { session, state } = this;
+    const { state } = this;
     const { pair } = state;
     if (!pair) return;
-    drawProposals($("proposal-list"), state.proposals, state.regions, state.selected, {
-      select: (key) => this.select(key, true),
-      verdict: (key, verdict) => { this.select(key, false); attempt(this.judge(verdict)); },
-      apply: (key, way) => { this.select(key, false); attempt(session.apply(way)); },
-      shown: this.shown,
-    });
+    drawProposals($("proposal-list"), state.proposals, state.regions, state.selected, this.crops,
+      (key) => this.select(key, true));
+    drawDecisions({ verdicts: $("verdicts"), ways: $("ways") }, state, this.decisions);
     this.reasons.draw();
     $("proposal-count").textContent = String(state.proposals.length);
     $("source").disabled = state.blind || state.reviewing;
@@ -140,6 +150,29 @@ export class Side {
   select(key, go) {
     this.state.select(key);
     if (go) this.looking.goToProposal();
+  }
+
+  /** Put the selected proposal into the mask; then comes the next one.
+   * @param {string} way "add", "subtract", "replace", "reject" or "ill-posed" */
+  async apply(way) {
+    const { session, state } = this;
+    const { proposal } = state;
+    const offered = session.hand.offering;
+    await session.apply(way);
+    if (!offered && proposal?.outcome === way) this.goOn();
+  }
+
+  /** Select the proposal after the one that was decided on, where the person wants that. */
+  goOn() {
+    const { advance, proposals, selected } = this.state;
+    const next = proposals[proposals.findIndex(({ key }) => key === selected) + 1];
+    if (advance && selected && next) this.select(next.key, true);
+  }
+
+  /** Whether there is no proposal after the selected one. */
+  get atEnd() {
+    const { proposals, selected } = this.state;
+    return !proposals.length || proposals[proposals.length - 1].key === selected;
   }
 
   /** @param {import("./wire.js").VerdictChange["verdict"]} verdict on the selected region @returns {Promise<boolean>} whether it was given */
@@ -214,6 +247,7 @@ export class Side {
 
   /** Another pair is open. */
   reset() {
+    this.fresh = true;
     this.masks.candidate.clear();
     this.masks.proposal.clear();
     $("proposal-list").replaceChildren();

@@ -37,7 +37,13 @@ const DEFAULTS = {
   dark: true,
   side: "proposals",
   keys: /** @type {Record<string, string>} */ ({}),
-  layers: ["warped", "live", "detector", "objects_live", "doi", "prediction"],
+  drawer: true,
+  advance: true,
+  tabOn: false,
+  openAtProposal: false,
+  blinkMs: 320,
+  toured: false,
+  layers: ["warped", "live"],
   spare: /** @type {string[]} */ ([]),
 };
 export const SETTINGS = /** @type {(keyof typeof DEFAULTS)[]} */ (Object.keys(DEFAULTS));
@@ -70,7 +76,21 @@ export class State extends News {
     this.side = DEFAULTS.side;
     /** Keys that the person changed, by action. */
     this.keys = { ...DEFAULTS.keys };
+    /** Whether the drawer with the queue is open. */
+    this.drawer = DEFAULTS.drawer;
+    /** Whether a decision selects the next proposal, and Tab after the last one opens the next pair. */
+    this.advance = DEFAULTS.advance;
+    this.tabOn = DEFAULTS.tabOn;
+    /** Whether a new pair opens at its first proposal; else it is seen whole. */
+    this.openAtProposal = DEFAULTS.openAtProposal;
+    /** How long each picture stands while it blinks. */
+    this.blinkMs = DEFAULTS.blinkMs;
+    /** Whether the person has seen the tour, or skipped it. */
+    this.toured = DEFAULTS.toured;
     this.layers = [...DEFAULTS.layers];
+    /** A layer that is looked at in place of a pane's own, as long as the pointer rests on its
+     * picture. @type {{pane: number, layer: string} | null} */
+    this.preview = null;
     /** The pair in doubt whose warp the person wants to see all the same. @type {number | null} */
     this.warpWanted = null;
     /** Layers of panes that are closed: they come back with their panes. */
@@ -106,6 +126,10 @@ export class State extends News {
     /** The box of the tile that is looked at in a sweep: x0, y0, x1, y1. @type {number[] | null} */
     this.tile = null;
     this.blinking = false;
+    /** When the blinking began, as the page counts. */
+    this.blinkedAt = 0;
+    /** The place under the cursor is shown large. */
+    this.magnifying = false;
     this.swiping = false;
     this.hidden = false;
     /** Pairs whose blind phase is over for this person, newest last. @type {number[]} */
@@ -223,8 +247,9 @@ export class State extends News {
     this.tell("look");
   }
 
-  /** @param {Partial<Record<"hidden" | "blinking" | "swiping", boolean>>} held down, or let go */
+  /** @param {Partial<Record<"hidden" | "blinking" | "swiping" | "magnifying", boolean>>} held down, or let go */
   hold(held) {
+    if (held.blinking && !this.blinking) this.blinkedAt = performance.now();
     Object.assign(this, held);
     this.tell("look");
   }
@@ -260,9 +285,30 @@ export class State extends News {
     return this.pair?.doubt && this.warpWanted !== this.pair.id ? "reference" : "warped";
   }
 
+  /** The layers that the panes are set to, with the one that is looked at for a moment. */
+  get wantedLayers() {
+    const { preview } = this;
+    return this.layers.map((layer, index) => (preview?.pane === index ? preview.layer : layer));
+  }
+
   /** The layers as the panes show them. */
   get shownLayers() {
-    return this.layers.map((layer) => (layer === "warped" ? this.past : layer));
+    return this.wantedLayers.map((layer) => (layer === "warped" ? this.past : layer));
+  }
+
+  /** @param {{pane: number, layer: string} | null} preview a layer to look at for a moment */
+  glance(preview) {
+    this.preview = preview;
+    this.tell("look");
+  }
+
+  /** Show a layer in a pane; the pane that has it already takes this one's.
+   * @param {number} index @param {string} layer */
+  swap(index, layer) {
+    const there = this.layers.indexOf(layer);
+    if (there >= 0) this.layers[there] = this.layers[index];
+    this.preview = null;
+    this.showLayer(index, layer);
   }
 
   /** Show a layer in a pane. Going back from a doubtful warp changes nothing for other pairs.

@@ -7,15 +7,18 @@
 import { lastPlace } from "./memory.js";
 import { FOLDED } from "./shell/frame.js";
 
-const LAYOUT = "reviewer.layout";
+/** Who was signed in last in this browser, and how wide that person's panels are. */
+const PERSON = "reviewer.annotator";
+const LAYOUT = "reviewer.layout.";
 const QUEUE = "reviewer.queue";
 /** A layout counts once it stood this long: before, Viser is still building it. */
 const STOOD_MS = 2000;
 
 export class Surroundings {
-  /** @param {Storage} session */
-  constructor(session) {
+  /** @param {Storage} session @param {Storage} local */
+  constructor(session, local) {
     this.session = session;
+    this.local = local;
     /** @type {HTMLElement | null} the frame's element in Viser's page */
     this.frame = /** @type {HTMLElement | null} */ (window.frameElement);
     this.joinedAt = Infinity;
@@ -31,14 +34,19 @@ export class Surroundings {
       pair: state.pair?.id ?? place?.pair,
       run: state.run ?? place?.run,
       dark: state.dark,
-      window: this.frame ? window.parent.innerWidth : 0,
       ...read(this.session, QUEUE),
-      ...(this.frame ? read(this.session, LAYOUT) : {}),
+      ...(this.frame ? read(this.local, this.layout) : {}),
     });
   }
 
-  /** The desk has answered. */
-  joined() {
+  /** Where this person's layout is kept. */
+  get layout() {
+    return LAYOUT + (this.local.getItem(PERSON) ?? "");
+  }
+
+  /** The desk has answered. @param {string} annotator who is signed in */
+  joined(annotator) {
+    this.local.setItem(PERSON, annotator);
     this.joinedAt = performance.now();
     if (this.frame) this.frame.dataset.joined = this.frame.dataset.client;
   }
@@ -48,17 +56,36 @@ export class Surroundings {
     const stood = performance.now() - this.joinedAt > STOOD_MS;
     this.joinedAt = Infinity;
     if (!this.frame || !stood) return;
-    const widths = { queue: this.width("left"), workbench: this.width("right") };
-    this.session.setItem(LAYOUT, JSON.stringify({ ...read(this.session, LAYOUT), ...texts(widths) }));
+    const widths = { queue: this.width() };
+    this.local.setItem(this.layout, JSON.stringify({ ...read(this.local, this.layout), ...texts(widths) }));
   }
 
-  /** How wide a docked panel is; null for one that is folded or elsewhere. @param {string} edge */
-  width(edge) {
-    const region = window.parent.document.querySelector(`[data-dock-region="${edge}"]`);
+  /** How wide the drawer is; null for one that is shut, folded or elsewhere. */
+  width() {
+    const region = window.parent.document.querySelector('[data-dock-region="left"]');
     if (!region || region.querySelector(FOLDED)) return null;
     // The region itself has a border that Viser adds to the width that it is given.
     const columns = [...region.querySelectorAll("[data-dock-column]")];
-    return Math.round(columns.reduce((sum, column) => sum + column.getBoundingClientRect().width, 0));
+    return Math.round(columns.reduce((sum, column) => sum + column.getBoundingClientRect().width, 0)) || null;
+  }
+
+  /** Say in Viser's page whether the drawer is open, and which pair is. @param {State} state */
+  arrange({ drawer, pair }) {
+    const title = pair ? `${pair.split}/${pair.name} · reviewer` : "reviewer";
+    document.title = title;
+    if (!this.frame) return;
+    window.parent.document.title = title;
+    this.frame.dataset.drawer = drawer ? "open" : "shut";
+  }
+
+  /** @param {boolean} there whether there is a map of what is open */
+  mapped(there) {
+    if (this.frame) this.frame.dataset.map = there ? "there" : "none";
+  }
+
+  /** Open another tab of Viser's page. @param {string} tab */
+  turn(tab) {
+    window.parent.dispatchEvent(new CustomEvent("turn", { detail: tab }));
   }
 
   /** Keep the queue's filters. @param {import("./wire.js").Filtered} filters */

@@ -5,11 +5,10 @@
  * @typedef {import("./maskview.js").MaskView} MaskView
  * @typedef {CanvasRenderingContext2D | OffscreenCanvasRenderingContext2D} Context
  */
-import { toScreen } from "./geometry.js";
+import { fit, toScreen } from "./geometry.js";
 import { doubtOf, LAYERS, levelAt } from "./layers.js";
 import { drawMarks, strokeTwice } from "./marks.js";
 
-const BLINK_MS = 320;
 const CALM_MS = 140;
 /** How opaque a suggestion is on a mask alone. */
 const SUGGESTED = 0.6;
@@ -54,7 +53,7 @@ export class View {
   draw(now) {
     const { state, panes } = this;
     if (!state.pair) return;
-    const reference = state.blinking && Math.floor(now / BLINK_MS) % 2 === 0;
+    const reference = state.blinking && Math.floor((now - state.blinkedAt) / state.blinkMs) % 2 === 0;
     const versions = Object.values(this.masks).map((mask) => mask.version).join();
     if (versions !== this.versions) {
       this.versions = versions;
@@ -64,8 +63,9 @@ export class View {
     }
     const rough = state.drawing || now - this.changed < CALM_MS;
     const shown = state.shownLayers;
+    const wanted = state.wantedLayers;
     const complete = panes.items.map((item, index) => {
-      const doubt = doubtOf(state.layers[index], shown[index], state.pair?.doubt ?? "");
+      const doubt = doubtOf(wanted[index], shown[index], state.pair?.doubt ?? "");
       return this.drawPane(item, shown[index], reference, rough, doubt);
     });
     // For scripts that look on: where the view is, and the pair once all of its pictures are drawn.
@@ -113,6 +113,25 @@ export class View {
     return ground.complete;
   }
 
+  /** Draw a layer as a whole, small. @param {import("./panes.js").Small} item @param {string} name
+   * @returns {boolean} whether all of its pictures were there */
+  drawSmall(item, name) {
+    const { pair } = this.state;
+    const context = item.canvas.getContext("2d", { alpha: false });
+    if (!pair || !context) return false;
+    const { width, height } = item.canvas;
+    const { scale } = fit(pair, { width, height });
+    const place = /** @type {const} */ ([scale, 0, 0, scale, (width - scale * pair.width) / 2, (height - scale * pair.height) / 2]);
+    const layer = LAYERS[name];
+    const { canvas, complete } = this.ground(item, layer, false, place);
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.drawImage(canvas, 0, 0);
+    const alone = layer.mask === "alone" ? this.masks.mask.alone : layer.mask === "ignore" ? this.masks.ignore.alone : null;
+    context.setTransform(...place);
+    if (alone) context.drawImage(alone, 0, 0);
+    return complete;
+  }
+
   /** Return the pane's pictures with the masks on them, well smoothed.
    * @param {import("./panes.js").Pane} item @param {import("./layers.js").Layer} layer
    * @param {OffscreenCanvas} ground
@@ -133,7 +152,7 @@ export class View {
     return canvas;
   }
 
-  /** Return the pane's pictures, drawn in place. @param {import("./panes.js").Pane} item
+  /** Return the pane's pictures, drawn in place. @param {import("./panes.js").Small} item
    * @param {import("./layers.js").Layer} layer @param {boolean} reference
    * @param {readonly [number, number, number, number, number, number]} place
    * @returns {{canvas: OffscreenCanvas, note: string, complete: boolean}} */

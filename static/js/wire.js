@@ -64,6 +64,10 @@
  *   order: "name" | "doi" | "size" | "unreviewed" | "doubt"}} Filtered
  */
 /**
+ * To the frame: who is at a desk just now.
+ * @typedef {{type: "here", names: string[]}} Here
+ */
+/**
  * A pair after a verdict, and the verdict's key, by which it can be taken back.
  * @typedef {{id: number, split: string, name: string, height: number, width: number, reference: string,
  *   live: string, viewpoint_distance: number | null, revision: number,
@@ -86,6 +90,10 @@
 /**
  * A point of the reference image in the live image.
  * @typedef {{x: number, y: number}} LivePoint
+ */
+/**
+ * To the frame: whether there is a map of the open pair's split.
+ * @typedef {{type: "map", there: boolean}} Mapped
  */
 /**
  * A mask to commit; the revision it was made from stands in If-Match.
@@ -249,7 +257,7 @@
  * @typedef {Showing | Step | Changed | RunChosen | ThemeChosen} FromFrame
  */
 /**
- * @typedef {Ready | Open | Ahead | End | Filtered | Failed} ToFrame
+ * @typedef {Ready | Open | Ahead | End | Filtered | Here | Mapped | Failed} ToFrame
  */
 
 export {};

@@ -4,7 +4,7 @@ import pytest
 from starlette.websockets import WebSocketDisconnect
 
 from reviewer import __version__
-from reviewer.app.desks import Desk
+from reviewer.app.desks import Desk, Desks
 from reviewer.app.endpoints.frame_messages import Joining
 from reviewer.pipeline.runner import prepare_run
 from reviewer.pipeline.settings import PipelineSettings
@@ -22,10 +22,10 @@ def joined(db, **left):
 def test_a_new_desk_goes_on_where_the_frame_was(db, run):
     prepare_run(db, "newer", PipelineSettings())
     left = {"pair": 2, "run": run.name, "split": "cs1", "state": "todo", "order": "doi"}
-    desk, ready = joined(db, dark=False, queue=290, workbench=990, **left)
+    desk, ready = joined(db, dark=False, queue=290, **left)
     assert (ready["pair"], ready["run"]) == (2, run.name)
     assert (desk.split, desk.state, desk.order, desk.dark) == ("cs1", "todo", "doi", False)
-    assert (desk.queue_width, desk.workbench_width) == (290, 990)
+    assert desk.queue_width == 290
 
 
 def test_what_the_database_does_not_know_is_left_out(db, run):
@@ -58,8 +58,22 @@ def test_the_frame_is_told_of_filters_so_that_it_can_bring_them_back(db, run):
 
 
 def test_a_frame_that_joins_with_nonsense_is_told_and_sent_away(client):
-    with client.websocket_connect("/api/desk?window=wide", headers=HERE) as socket:
-        assert "window" in socket.receive_json()["detail"]
+    with client.websocket_connect("/api/desk?queue=wide", headers=HERE) as socket:
+        assert "queue" in socket.receive_json()["detail"]
         with pytest.raises(WebSocketDisconnect) as gone:
             socket.receive_json()
         assert gone.value.code == 1008
+
+
+def test_all_who_are_at_a_desk_are_told_who_else_is(db, run):
+    desks = Desks(db)
+    told = {name: [] for name in ("Ada", "Bob")}
+    taken = {}
+    for name, messages in told.items():
+        _, taken[name] = desks.create()
+        taken[name].check_in(name, messages.append)
+        desks.enter(taken[name])
+    assert told["Ada"][-1] == {"type": "here", "names": ["Ada", "Bob"]}
+    desks.leave(taken["Bob"])
+    assert told["Ada"][-1] == {"type": "here", "names": ["Ada"]}
+    assert told["Bob"][-1] == {"type": "here", "names": ["Ada", "Bob"]}

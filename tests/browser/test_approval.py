@@ -3,7 +3,7 @@
 import pytest
 from people import draw
 from playwright.sync_api import expect
-from workbench import reload, wait_title
+from workbench import press_in_menu, reload, wait_title
 
 from reviewer.editing.commit import MaskEdit, change_state
 from reviewer.masks import empty_rle
@@ -20,7 +20,7 @@ def test_the_desk_says_what_was_approved_and_who_changed_it_since(server, visit)
     draw(server.store, 1, "Cy", MaskEdit(EMPTY, 1), "in_progress")
     reload(frame)
     expect(frame.locator("#standing")).to_have_text("approved r1 by Bob; changed since by Cy")
-    frame.click("button[data-action=approve]")
+    press_in_menu(frame, "approve")
     wait_title(frame, "cs1/0001")
     page.keyboard.press("ArrowLeft")
     wait_title(frame, "cs1/0000")

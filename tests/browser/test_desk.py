@@ -5,7 +5,15 @@ import re
 import numpy as np
 import pytest
 from playwright.sync_api import expect
-from workbench import live_place, on_live, reload, wait_saved, wait_title
+from workbench import (
+    SIX_LAYERS,
+    live_place,
+    on_live,
+    reload,
+    show_layers,
+    wait_saved,
+    wait_title,
+)
 
 from reviewer.masks import decode_rle, intersection_over_union
 from reviewer.store.reviews import annotator_id, review_state
@@ -225,6 +233,7 @@ def test_any_revision_can_be_looked_at_and_restored(server, desk):
 
 def test_blind_first_hides_what_machines_say_until_one_has_submitted(server, desk):
     page, frame = desk
+    show_layers(frame, SIX_LAYERS)
     frame.select_option("#mode", "blind")
     expect(frame.locator(".pane p", has_text="Hidden until you have submitted")).to_have_count(4)
     expect(frame.locator("#proposal-list li")).to_have_count(0)
@@ -357,13 +366,13 @@ def test_the_whole_job_can_be_done_from_the_keyboard(server, desk):
     page.keyboard.press("b")
     for _ in range(30):
         page.keyboard.press("Shift+ArrowUp")
-    page.keyboard.press("z")
+    page.keyboard.press("Shift+Enter")
     wait_saved(frame, 3)
     assert [log_of(server, number)[0]["tool"] for number in (2, 3)] == ["add", "brush"]
     page.keyboard.press("F6")
     page.keyboard.press("Tab")
     focused = "document.activeElement.dataset.action"
-    assert frame.evaluate(focused) == "next"
+    assert frame.evaluate(focused) == "previous"
     page.keyboard.press("Escape")
     page.keyboard.press("Enter")
     wait_title(frame, "cs1/0001")

@@ -2,7 +2,7 @@
 
 import pytest
 from playwright.sync_api import expect
-from workbench import on_live, wait_saved, wait_title
+from workbench import choose, on_live, wait_saved, wait_title
 
 from reviewer.store.regions import load_prediction, load_regions
 from reviewer.store.skips import skip_of_pair
@@ -38,6 +38,8 @@ def asked_for(frame):
 
 def test_the_panes_show_the_raw_reference_and_say_why(server, desk):
     page, frame = desk
+    choose(frame, "#pane-count", "6")
+    frame.locator(".pane select").nth(5).select_option("prediction")
     picker = frame.locator(".pane select").first
     expect(notes(frame).nth(0)).to_have_text(
         f"Reference as taken: the warp is in doubt ({REASONS})"

@@ -2,7 +2,7 @@
 
 import pytest
 from playwright.sync_api import expect
-from workbench import wait_title
+from workbench import press_in_menu, wait_title
 
 from reviewer.found.listing import list_named_finds
 from reviewer.store.layers import load_labels, load_objects
@@ -47,7 +47,7 @@ def test_a_name_is_written_over_and_searched_then_found_under_another(
 def test_another_rule_shows_its_score_and_narrows_the_queue(server, visit):
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
-    page.get_by_role("tab", name="What if").click()
+    press_in_menu(frame, "what-if")
     page.get_by_role("button", name="Count what other rules would give").click()
     expect(page.get_by_text("0 pairs change sides")).to_be_visible()
     page.locator("input[type=text][value='0.9']").fill("0")

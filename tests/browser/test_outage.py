@@ -4,7 +4,15 @@ import time
 
 import pytest
 from playwright.sync_api import expect
-from workbench import live_place, on_live, wait_saved, wait_title, workbench_of
+from workbench import (
+    choose,
+    live_place,
+    on_live,
+    wait_saved,
+    wait_title,
+    widen_drawer,
+    workbench_of,
+)
 
 from reviewer.masks import decode_rle
 from reviewer.pipeline.runner import prepare_run, run_pipeline
@@ -22,17 +30,6 @@ KEPT = """async () => {
     const journal = await Journal.open(name.replace("reviewer.", ""));
     return (await journal.queue()).map((change) => change.counts);
 }"""
-
-
-def drag(page, edge, by):
-    """Make a docked region wider or narrower."""
-    box = page.locator(f'[data-dock-region-resize="{edge}"]').bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
-    page.mouse.down()
-    page.mouse.move(x + by, y, steps=5)
-    page.mouse.up()
-    page.wait_for_timeout(400)
 
 
 def widths(page):
@@ -76,13 +73,12 @@ def test_the_desk_comes_back_as_it_was_when_the_server_is_started_again(server, 
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
     page.wait_for_timeout(1500)
-    frame.select_option("#run", "first")
+    choose(frame, "#run", "first")
     frame.select_option("#mode", "blind")
-    frame.select_option("#pane-count", "4")
+    choose(frame, "#pane-count", "4")
     page.keyboard.press("ArrowRight")
     wait_title(frame, "cs1/0001")
-    drag(page, "left", 40)
-    drag(page, "right", -60)
+    widen_drawer(page, 40)
     page.mouse.move(*live_place(frame, (40, 40)))
     page.mouse.wheel(0, -600)
     page.mouse.down(button="middle")
@@ -90,6 +86,7 @@ def test_the_desk_comes_back_as_it_was_when_the_server_is_started_again(server, 
     page.mouse.up(button="middle")
     page.wait_for_timeout(2500)
     before, wide = picture_of(frame), widths(page)
+    assert wide[0] == 260
     for _ in range(2):
         server.stop()
         back(server, page)
@@ -108,12 +105,13 @@ def test_the_page_loaded_again_goes_on_at_the_pair_that_was_open(server, visit):
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
     page.wait_for_timeout(1500)
-    frame.select_option("#run", "first")
-    drag(page, "left", 40)
+    choose(frame, "#run", "first")
+    widen_drawer(page, 40)
     page.keyboard.press("ArrowRight")
     wait_title(frame, "cs1/0001")
     page.wait_for_timeout(2500)
     before, wide = picture_of(frame), widths(page)
+    assert wide[0] == 260
     server.stop()
     server.start()
     page.reload()

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
-from workbench import wait_title
+from workbench import press_in_menu, wait_title
 
 pytestmark = pytest.mark.browser
 
@@ -32,7 +32,7 @@ def test_a_plan_is_drawn_and_downloaded(server, visit):
 def test_scores_follow_the_protocol_and_the_report_is_downloaded(server, visit):
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
-    page.get_by_role("tab", name="Scores").click()
+    press_in_menu(frame, "scores")
     page.get_by_role("button", name="Count", exact=True).click()
     expect(page.locator("body")).to_contain_text("0 ill-posed pixels are left out")
     table = page.locator("table").last
@@ -50,7 +50,7 @@ def test_scores_follow_the_protocol_and_the_report_is_downloaded(server, visit):
 def test_other_rules_and_both_scopes_are_named(server, visit):
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
-    page.get_by_role("tab", name="Scores").click()
+    press_in_menu(frame, "scores")
     page.get_by_role("button", name="Count", exact=True).click()
     means = page.locator("table").first
     for column in ("without DoI", "with DoI (component)", "with DoI (image)"):
@@ -83,7 +83,7 @@ def test_nothing_of_the_workbench_is_pushed_out_of_its_frame(server, visit, widt
     )
 
 
-def test_the_workbench_is_not_loaded_again_when_its_panel_is_folded_or_moved(server, visit):
+def test_the_workbench_is_not_loaded_again_when_its_panel_is_hidden_or_moved(server, visit):
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
     page.locator(".mantine-Notification-closeButton").first.click(timeout=5000)
@@ -91,28 +91,27 @@ def test_the_workbench_is_not_loaded_again_when_its_panel_is_folded_or_moved(ser
     frame.evaluate("document.body.dataset.same = 'yes'")
     element = page.locator("iframe.workbench-frame")
     before = element.bounding_box()
-    page.locator("[data-dock-region-collapse=right]").click()
-    expect(element).to_be_hidden()
-    page.locator("[data-dock-region=right] [data-dock-minimize-all]").click()
-    expect(element).to_be_visible()
-    page.wait_for_timeout(1500)
-    assert element.bounding_box() == before
-    page.get_by_role("tab", name="Scores").click()
+    press_in_menu(frame, "scores")
     expect(element).to_be_hidden()
     page.get_by_role("tab", name="Workbench").click()
     expect(element).to_be_visible()
-    drag(page, page.get_by_role("tab", name="Scores"), (480, 300))
-    assert on_top(page, page.get_by_role("button", name="Count", exact=True))
+    page.wait_for_timeout(1500)
+    assert element.bounding_box() == before
+    press_in_menu(frame, "what-if")
+    expect(element).to_be_hidden()
+    # Below the other tabs: both are seen now.
+    drag(page, page.get_by_role("tab", name="Workbench"), (900, 870))
     expect(element).to_be_visible()
-    drag(page, page.get_by_role("tab", name="Workbench"), (480, 200))
-    floating = element.bounding_box()
-    assert floating["x"] < before["x"] and floating["height"] > 500
+    page.wait_for_timeout(1500)
+    moved = element.bounding_box()
+    assert moved["y"] > before["height"] / 2 and moved["height"] > 300
+    assert on_top(page, page.get_by_role("tab", name="Scores"))
     assert on_top(page, element)
     assert frame.evaluate("document.body.dataset.same") == "yes"
 
 
 def drag(page, tab, to):
-    """Drag a tab out of its panel, onto the map, so that it floats."""
+    """Drag a tab out of its panel, to another place of the page."""
     box = tab.bounding_box()
     page.mouse.move(box["x"] + 20, box["y"] + 8)
     page.mouse.down()

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 from viser import transforms
-from workbench import on_live, wait_proposals, wait_saved, wait_title, workbench_of
+from workbench import (
+    on_live,
+    press_in_menu,
+    wait_proposals,
+    wait_saved,
+    wait_title,
+    workbench_of,
+)
 
 from reviewer.export.png import export_png
 from reviewer.export.selection import Selection, select_labelled
@@ -61,7 +68,8 @@ def test_a_pair_is_opened_from_the_map(server, visit):
     wait_title(frame, "cs1/0000")
     (client,) = server.shell._server.get_clients().values()
     page.locator(".mantine-Notification-closeButton").first.click(timeout=3000)
-    page.wait_for_timeout(1200)  # the camera settles after docking
+    press_in_menu(frame, "map")
+    page.wait_for_timeout(1500)  # the camera settles after the map has grown
     target = np.array([2.03 + 0.2, 0.0, 0.45])
     local = transforms.SO3(client.camera.wxyz).as_matrix().T @ (target - client.camera.position)
     focal = 0.5 / np.tan(client.camera.fov / 2)
@@ -156,7 +164,7 @@ def test_submit_export_and_compare(server, visit, tmp_path):
 def test_a_finished_pair_is_locked_until_it_is_reopened(server, visit):
     page, frame = visit("Ada")
     wait_title(frame, "cs1/0000")
-    frame.click("button[data-action=approve]")
+    press_in_menu(frame, "approve")
     wait_title(frame, "cs1/0001")
     page.keyboard.press("ArrowLeft")
     wait_title(frame, "cs1/0000")

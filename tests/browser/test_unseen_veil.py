@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 from seeing import hide
-from workbench import reload, wait_title
+from workbench import SIX_LAYERS, reload, show_layers, wait_title
 
 from reviewer.evaluation.counting import refresh_counts
 
@@ -90,6 +90,7 @@ def test_the_raw_reference_has_no_veil_for_it_lies_in_another_frame(desk):
 
 def test_unseen_is_a_layer_that_a_pane_can_show(desk):
     _, frame = desk
+    show_layers(frame, SIX_LAYERS)
     picker = frame.locator(".pane select").nth(DETECTOR)
     expect(picker.locator("option[value=unseen]")).to_have_text("Unseen")
     picker.select_option("unseen")
@@ -120,6 +121,6 @@ def test_a_region_of_which_nothing_can_be_compared_says_so_in_place_of_its_terms
     )
     reload(frame)
     region = frame.locator("#proposal-list li.region").first
-    expect(region).to_contain_text("unseen: nothing of it can be compared")
+    expect(region).to_contain_text("Unseen: nothing of it can be compared")
     expect(region).not_to_contain_text("f_b 0")
     expect(region).not_to_contain_text("DoI = f_b")

@@ -4,7 +4,16 @@ import re
 
 import pytest
 from playwright.sync_api import expect
-from workbench import live_place, on_live, reload, wait_proposals, wait_saved, wait_title
+from workbench import (
+    choose,
+    live_place,
+    on_live,
+    reload,
+    show_layers,
+    wait_proposals,
+    wait_saved,
+    wait_title,
+)
 
 from reviewer.store.revisions import list_revisions
 
@@ -66,7 +75,7 @@ def test_the_zoom_of_the_status_bar_is_the_zoom_that_is_drawn(desk):
     reload(frame)
     agrees()
     frame.locator("button[data-action=fit]").click()
-    frame.select_option("#pane-count", "1")
+    choose(frame, "#pane-count", "1")
     assert agrees() > whole
     page.set_viewport_size({"width": 1200, "height": 700})
     page.wait_for_timeout(500)
@@ -105,15 +114,14 @@ def test_the_revision_of_the_status_bar_is_that_of_the_mask_that_is_shown(server
 def test_panes_that_are_closed_come_back_with_their_layers(desk):
     _, frame = desk
     chosen = ["ground_truth", "live", "difference", "objects_reference", "doi", "ignore"]
-    for index, layer in enumerate(chosen):
-        frame.locator(".pane select").nth(index).select_option(layer)
-    frame.select_option("#pane-count", "1")
+    show_layers(frame, chosen)
+    choose(frame, "#pane-count", "1")
     assert layers_of(frame) == chosen[:1]
     reload(frame)
-    frame.select_option("#pane-count", "3")
-    frame.select_option("#pane-count", "6")
+    choose(frame, "#pane-count", "3")
+    choose(frame, "#pane-count", "6")
     assert layers_of(frame) == chosen
-    frame.select_option("#pane-count", "8")
+    choose(frame, "#pane-count", "8")
     assert layers_of(frame)[:6] == chosen and len(set(layers_of(frame))) == 8
 
 

@@ -14,6 +14,41 @@ def workbench_of(page: Page) -> Frame:
     return frame
 
 
+def choose(frame, field, value):
+    """Set a field of the menu, and shut the menu."""
+    frame.click("#more > summary")
+    frame.select_option(field, value)
+    frame.locator("#title").click()
+    expect(frame.locator("#more")).not_to_have_attribute("open", "")
+
+
+def widen_drawer(page, by):
+    """Drag the right edge of the drawer."""
+    box = page.locator('[data-dock-region-resize="left"]').bounding_box()
+    x, y = box["x"] + 3, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + by, y, steps=5)
+    page.mouse.up()
+    page.wait_for_timeout(400)
+
+
+SIX_LAYERS = ["warped", "live", "detector", "objects_live", "doi", "prediction"]
+
+
+def show_layers(frame, layers):
+    """Show as many panes, with these layers."""
+    choose(frame, "#pane-count", str(len(layers)))
+    for index, layer in enumerate(layers):
+        frame.locator(".pane select").nth(index).select_option(layer)
+
+
+def press_in_menu(frame, action, menu="#more"):
+    """Press a button of a menu."""
+    frame.click(f"{menu} > summary")
+    frame.click(f"{menu} button[data-action={action}]")
+
+
 def wait_title(frame, text):
     expect(frame.locator("#title")).to_have_text(text)
 

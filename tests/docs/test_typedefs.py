@@ -62,7 +62,8 @@ def test_two_messages_of_one_name_are_refused(writing):
 def test_the_module_of_the_wire_holds_both_sides_of_the_socket_and_bodies_without_a_model(writing):
     written = writing.wire_module()
     assert "@typedef {Showing | Step | Changed | RunChosen | ThemeChosen} FromFrame" in written
-    assert "@typedef {Ready | Open | Ahead | End | Filtered | Failed} ToFrame" in written
+    messages = "{Ready | Open | Ahead | End | Filtered | Here | Mapped | Failed}"
+    assert f"@typedef {messages} ToFrame" in written
     # FastAPI does not read this body itself, so the document holds it without a name.
     assert "@typedef {{mask: RleMask, ignore?: string | null," in written
 

@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { Keymap, keyName, KEYS } from "../../static/js/keys.js";
+import { findKeys, Keymap, keyName, KEYS } from "../../static/js/keys.js";
 
 /** An event of the keyboard, as far as the table reads it. */
 const pressed = (key, { ctrl = false, meta = false, alt = false, shift = false, altGraph = false } = {}) => ({
@@ -59,4 +59,12 @@ test("keys are shown as people read them, and an action without one as nothing",
   const keymap = new Keymap();
   const shown = ["cursor-left", "next", "cursor-up", "blink", "undo", "no such action"].map((action) => keymap.shown(action));
   assert.deepEqual(shown, ["Shift+←", "→", "Shift+↑", "Space", "Ctrl+z", ""]);
+});
+
+test("a search finds the entries that have all of its words, in any order and case", () => {
+  const found = (search) => findKeys(search).map(({ action }) => action);
+  assert.deepEqual(found("LARGER brush"), ["larger"]);
+  assert.deepEqual(found("clean up specks"), ["drop-specks"]);
+  assert.deepEqual(found("no such thing"), []);
+  assert.equal(found("  ").length, KEYS.length);
 });

@@ -86,3 +86,34 @@ test("the blind phase of a pair ends once", () => {
   state.reveal();
   assert.deepEqual([state.blind, state.reviewing, state.revealed, told], [false, true, [7], [["revealed"]]]);
 });
+
+test("a layer that goes into a pane changes places with the one that has it", () => {
+  const state = new State();
+  state.open(pairOf(1), 0);
+  state.change({ layers: ["warped", "live", "doi"] });
+  state.swap(0, "doi");
+  assert.deepEqual(state.layers, ["doi", "live", "warped"]);
+  state.swap(1, "difference");
+  assert.deepEqual(state.layers, ["doi", "difference", "warped"]);
+});
+
+test("a glance shows a layer for a moment and leaves the panes as they are set", () => {
+  const state = new State();
+  state.open(pairOf(1), 0);
+  const told = toldBy(state, "look", "settings");
+  state.glance({ pane: 0, layer: "doi" });
+  assert.deepEqual(state.shownLayers, ["doi", "live"]);
+  assert.deepEqual(state.layers, ["warped", "live"]);
+  state.glance(null);
+  assert.deepEqual(state.shownLayers, ["warped", "live"]);
+  assert.deepEqual(told, [["look"], ["look"]]);
+});
+
+test("blinking begins when its key goes down and not again while it is held", (context) => {
+  const state = new State();
+  const clock = context.mock.method(performance, "now", () => 500);
+  state.hold({ blinking: true });
+  clock.mock.mockImplementation(() => 900);
+  state.hold({ blinking: true });
+  assert.equal(state.blinkedAt, 500);
+});

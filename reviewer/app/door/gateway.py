@@ -215,6 +215,7 @@ async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, clicks: Cli
     writer = asyncio.create_task(write())
     try:
         await asyncio.to_thread(desk.check_in, socket.state.annotator, send, joining)
+        desks.enter(desk)
         while (text := await _next_text(socket)) is not None:
             try:
                 await asyncio.to_thread(_handle, desk, clicks, FROM_FRAME.validate_json(text))
@@ -226,6 +227,7 @@ async def _serve_desk(socket: WebSocket, store: Store, desks: Desks, clicks: Cli
     except WebSocketDisconnect:
         LOG.debug("desk of %s left", socket.state.annotator)
     finally:
+        desks.leave(desk)
         writer.cancel()
 
 

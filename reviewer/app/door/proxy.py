@@ -26,18 +26,10 @@ CONTENT_SECURITY = (
     " frame-src 'self'; frame-ancestors 'self'; base-uri 'none'; object-src 'none'"
 )
 
-# Viser's own control panel and dock grips would sit over ours; hidden from the first paint on.
-PAGE_HEAD = b"""<style>
-.mantine-Paper-root:has([data-dock-unmergeable-header]),
-[data-dock-group]:has([data-dock-unmergeable-header]){display:none!important}
-.mantine-ScrollArea-viewport:has(.workbench-place){overflow:hidden!important}
-.mantine-ScrollArea-viewport div:has(.workbench-place){height:100%!important;padding:0!important}
-.workbench-place{width:100%;height:100%;min-height:60vh}
-[data-dock-region] .workbench-place{min-height:0}
-.workbench-frame{position:fixed;border:0}
-.mantine-Button-inner{justify-content:flex-start!important}
-.mantine-Notifications-root{z-index:4!important}
-</style><script type="module" src="/static/js/shell/main.js"></script>
+# Our styles hide Viser's own control panel and dock grips from the first paint on.
+PAGE_HEAD = b"""<link rel="stylesheet" href="/static/tokens.css">
+<link rel="stylesheet" href="/static/shell.css">
+<script type="module" src="/static/js/shell/main.js"></script>
 <title>reviewer</title></head>"""
 
 

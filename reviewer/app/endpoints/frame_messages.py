@@ -32,7 +32,7 @@ class Joining(Message):
     Attributes:
         client: nonce of the Viser client around the frame, "" for a frame that stands alone.
         store: the database that pair, run and filters belong to.
-        window, queue, workbench: width of the browser's window, and of the two docked panels.
+        queue: width of the docked queue.
     """
 
     # A frame outlives its server, so it may be of another version: what is not known is left out.
@@ -47,9 +47,7 @@ class Joining(Message):
     team: TeamState | None = None
     order: QueueOrder = "name"
     dark: bool = True
-    window: Pixels = 0
     queue: Pixels = 0
-    workbench: Pixels = 0
 
     @field_validator("state", "team", "order", mode="wrap")
     @classmethod
@@ -144,6 +142,20 @@ class Filtered(TypedDict):
     order: QueueOrder
 
 
+class Here(TypedDict):
+    """To the frame: who is at a desk just now."""
+
+    type: Literal["here"]
+    names: list[str]
+
+
+class Mapped(TypedDict):
+    """To the frame: whether there is a map of the open pair's split."""
+
+    type: Literal["map"]
+    there: bool
+
+
 class Failed(TypedDict):
     """To the frame: why what it asked for could not be done."""
 
@@ -151,5 +163,5 @@ class Failed(TypedDict):
     detail: str
 
 
-ToFrame = Ready | Open | Ahead | End | Filtered | Failed
+ToFrame = Ready | Open | Ahead | End | Filtered | Here | Mapped | Failed
 """What a desk may send to its workbench frame."""

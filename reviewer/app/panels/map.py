@@ -65,6 +65,8 @@ class MapPanel:
             if split != self._split:
                 self._build(split)
             self._colour()
+            there = bool(self._pairs) or self._occupancy is not None
+            desk.send({"type": "map", "there": there})
 
     def _build(self, split: str) -> None:
         desk, scene = self._desk, self._client.scene
@@ -75,11 +77,11 @@ class MapPanel:
         self._pairs = [p for p in pairs if p.live.pose and p.reference.pose]
         map_id = next(s.map_id for s in list_splits(desk.store) if s.name == split)
         occupancy = next((m for m in list_maps(desk.store) if m.id == map_id), None)
+        self._occupancy = occupancy
         if occupancy is not None:
             self._build_grid(occupancy)
         if self._pairs:
             self._build_viewpoints()
-            self._occupancy = occupancy
             self._aim()
         self._split = split
 

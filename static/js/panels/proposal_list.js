@@ -1,23 +1,24 @@
 /**
- * The list of proposals, with what can be done with the selected one (a region under DoI also takes
- * a verdict); and the scores. Draws from the state; what is clicked goes to the callbacks.
+ * The list of proposals as cards: the place on both images, what is said of it in a plain sentence,
+ * the equation folded; and the scores. What can be done with the selected one stands in `decide.js`.
+ * Draws from the state; what is clicked goes to the callbacks.
  * @typedef {import("../state.js").Region} Region
  * @typedef {import("../state.js").Proposal} Proposal
  * @typedef {import("../wire.js").ScoreInfo} Score
  */
+import { explained } from "./symbols.js";
 
 /** @type {Record<Region["reason"], string>} */
 const REASONS = {
-  between_thresholds: "object fits better",
-  seen_in_reference: "object was there before",
-  agrees: "detector and object agree",
-  too_ill_posed: "too ill-posed",
-  no_detection: "nothing detected",
-  no_object: "no object found",
-  outside_warp: "unseen: nothing of it can be compared",
-  better_object: "another object fits better",
+  between_thresholds: "The object fits better than the detector",
+  seen_in_reference: "The object was there before",
+  agrees: "Detector and object agree",
+  too_ill_posed: "Too ill-posed to follow the object",
+  no_detection: "The detector saw nothing here",
+  no_object: "No object was found here",
+  outside_warp: "Unseen: nothing of it can be compared",
+  better_object: "Another object fits better",
 };
-const VERDICTS = /** @type {const} */ (["agree", "adopt", "keep", "reject"]);
 const DASH = "–";
 const METHODS = { base: "without DoI", doi: "with DoI", audited: "after audit" };
 
@@ -28,46 +29,29 @@ const NAMES = { detector: "detector", object_live: "object", object_reference: "
   prediction: "prediction", missed: "only predicted", extra: "only drawn" };
 
 /** @param {HTMLElement} root @param {Proposal[]} proposals @param {Region[]} regions
- * @param {string | null} selected its key
- * @param {{select: (key: string) => void, verdict: (key: string, verdict: import("../wire.js").VerdictChange["verdict"]) => void,
- *   apply: (key: string, way: string) => void, shown: (action: string) => string}} on */
-export function drawProposals(root, proposals, regions, selected, on) {
+ * @param {string | null} selected its key @param {import("./crops.js").Crops} crops
+ * @param {(key: string) => void} select */
+export function drawProposals(root, proposals, regions, selected, crops, select) {
+  crops.clear();
   root.replaceChildren(...proposals.map((proposal) => {
     const region = regions.find((each) => each.id === proposal.region_id);
     const item = document.createElement("li");
     item.className = "region";
+    item.tabIndex = 0;
     item.dataset.proposal = proposal.key;
     if (region) item.dataset.region = String(region.id);
     item.setAttribute("aria-selected", String(proposal.key === selected));
-    const verdict = (/** @type {import("../wire.js").VerdictChange["verdict"]} */ given) => on.verdict(proposal.key, given);
-    item.append(...(region ? regionLines(region, verdict, on.shown) : plainLines(proposal)));
-    const ways = element("div", "ways");
-    ways.append(...WAYS.map(([way, sign, action]) => {
-      const button = document.createElement("button");
-      button.textContent = sign;
-      button.dataset.way = way;
-      button.title = `${OUTCOMES[way]} (${on.shown(action)})`;
-      button.setAttribute("aria-label", way);
-      button.setAttribute("aria-pressed", String(proposal.outcome === way));
-      button.onclick = (event) => {
-        event.stopPropagation();
-        on.apply(proposal.key, way);
-      };
-      return button;
-    }));
-    item.append(ways);
+    item.append(crops.make(proposal.box_xyxy), ...(region ? regionLines(region) : plainLines(proposal)));
     if (proposal.outcome) {
       item.dataset.outcome = proposal.outcome;
       item.querySelector(".top")?.append(element("span", "outcome", OUTCOMES[proposal.outcome] ?? proposal.outcome));
     }
-    item.onclick = () => on.select(proposal.key);
+    item.onclick = () => select(proposal.key);
+    item.onkeydown = (event) => { if (event.key === "Enter" && event.target === item) select(proposal.key); };
     return item;
   }));
   root.querySelector('[aria-selected="true"]')?.scrollIntoView({ block: "nearest" });
 }
-
-const WAYS = [["add", "+", "add"], ["subtract", "−", "subtract"], ["replace", "⇄", "replace"],
-  ["reject", "×", "reject-proposal"], ["ill-posed", "?", "ill-posed"]];
 
 /** @param {Proposal} proposal */
 function plainLines(proposal) {
@@ -78,38 +62,44 @@ function plainLines(proposal) {
   return [top, element("div", "terms", `${proposal.area} px${score}`)];
 }
 
-/** @param {Region} region @param {(verdict: import("../wire.js").VerdictChange["verdict"]) => void} give
- * @param {(action: string) => string} shown */
-function regionLines(region, give, shown) {
+/** @param {Region} region */
+function regionLines(region) {
   const outcome = region.verdict && region.verdict !== "agree" ? region.verdict : region.choice;
   const top = element("div", "top");
   const swatch = element("span", "swatch");
   swatch.style.background = doiColour(region.doi);
   const choice = element("span", "choice", region.verdict ? `${outcome} ✓` : outcome);
   choice.dataset.choice = outcome;
-  top.append(swatch, element("span", "doi", region.doi.toFixed(3)),
-    element("span", "soft", `#${region.number} ${region.label}`));
-  if (region.inspect) top.append(element("span", "inspect", "look again"));
+  const doi = element("span", "doi");
+  doi.append(...explained(`DoI ${region.doi.toFixed(2)}`));
+  top.append(swatch, doi, element("span", "soft", `#${region.number} ${region.label}`));
   top.append(choice);
-  const known = region.reason !== "outside_warp";
-  const terms = (known ? `f_b ${region.f_b}   IoU ${region.iou.toFixed(2)}   ` : "") + REASONS[region.reason];
-  const verdicts = element("div", "verdicts");
-  verdicts.append(...VERDICTS.map((verdict) => verdictButton(region, verdict, () => give(verdict), shown)));
+  const sentence = element("div", "terms sentence", `${REASONS[region.reason]}. `);
+  if (region.inspect) sentence.append(element("span", "inspect", "look again"));
   const said = [region.verdict_reason, region.comment].filter(Boolean).join(": ");
   const words = said ? [element("div", "terms", `“${said}” ${region.audited_by ?? ""}`)] : [];
-  return [top, element("div", "terms", terms), ...whyLines(region, outcome), ...words, verdicts];
+  return [top, sentence, ...whyLines(region, outcome), ...words];
 }
 
-/** The equation with this region's numbers, and what each outcome would make of the pair's F.
+/** The equation with this region's numbers, folded, and what each outcome would make of the pair's F.
  * @param {Region} region @param {string} outcome */
 function whyLines(region, outcome) {
   const { f_b, iou, doi, overlap_px: shared, reason } = region;
-  const equation = `DoI = f_b × (1 − IoU) = ${f_b} × (1 − ${iou.toFixed(3)}) = ${doi.toFixed(3)}`;
-  const lines = reason === "outside_warp" ? []
-    : [element("div", "why", `${equation}; ${shared} px shared with the reference's objects`)];
+  const lines = [];
+  if (reason !== "outside_warp") {
+    const why = element("details", "why");
+    const body = element("div", "");
+    body.append(...explained(`DoI = f_b × (1 − IoU) = ${f_b} × (1 − ${iou.toFixed(3)}) = ${doi.toFixed(3)}; IoU is with M_o; ${shared} px shared with the reference's objects`));
+    const title = element("summary", "", "Why: ");
+    title.append(...explained(`f_b ${f_b}, IoU ${iou.toFixed(2)}`));
+    why.append(title, body);
+    why.onclick = (event) => event.stopPropagation();
+    lines.push(why);
+  }
   const scores = Object.entries(region.f_if);
   if (scores.length) {
-    const line = element("div", "why", "this pair's F: ");
+    const line = element("div", "why");
+    line.append(...explained("this pair's F: "));
     for (const [k, [name, score]] of scores.entries()) {
       if (k) line.append(" · ");
       line.append(element(name === outcome ? "b" : "span", "", `${name} ${score?.toFixed(3) ?? DASH}`));
@@ -117,22 +107,6 @@ function whyLines(region, outcome) {
     lines.push(line);
   }
   return lines;
-}
-
-/** @param {Region} region @param {import("../wire.js").VerdictChange["verdict"]} verdict @param {() => void} give
- * @param {(action: string) => string} shown */
-function verdictButton(region, verdict, give, shown) {
-  const button = document.createElement("button");
-  button.textContent = verdict;
-  button.title = `${verdict} (${shown(verdict)})`;
-  button.dataset.verdict = verdict;
-  button.disabled = verdict === "adopt" && !region.has_object;
-  button.setAttribute("aria-pressed", String(region.verdict === verdict));
-  button.onclick = (event) => {
-    event.stopPropagation();
-    give();
-  };
-  return button;
 }
 
 /** @param {HTMLElement} root @param {Record<string, Score>} scores */

@@ -63,9 +63,10 @@ export class Reasons {
   }
 
   draw() {
-    const { region, blind } = this.state;
-    $("why").hidden = blind || !region;
-    if (!region) return;
+    const { region, blind, mode } = this.state;
+    $("why").hidden = blind || mode !== "audit";
+    $("comment").disabled = $("edit-reasons").disabled = !region;
+    if (!region) return $("reason-list").replaceChildren();
     const { reason, comment } = this.draft;
     if (document.activeElement !== $("comment")) $("comment").value = comment;
     $("reason-list").replaceChildren(...this.reasons.map((text, place) => {

@@ -1,11 +1,14 @@
 /**
  * The workbench's frame in Viser's page. Viser draws only a place for it, and the frame lies over
- * that place: so it is not loaded again, dimmed or frozen when Viser builds its panels anew, because
- * the connection broke, the server was started again, or a panel was docked elsewhere.
+ * that place, docked over the whole panel, its tabs too: what they show is in the workbench's menu.
+ * It is not loaded again, dimmed or frozen when Viser builds its panels anew, because the connection
+ * broke, the server was started again, or a panel was docked elsewhere.
  */
 
 const STILL_MS = 300;
 const PATIENCE_MS = 3000;
+/** Where the panel of the workbench is docked. */
+export const RIGHT = "[data-dock-region=right]";
 /** Panels that are folded have no contents, and so no place. */
 export const FOLDED = "[data-dock-collapsed], [data-dock-rail-root]";
 
@@ -52,7 +55,11 @@ export class WorkbenchFrame {
       if (document.querySelector(FOLDED) || now - this.since > PATIENCE_MS) this.hide();
       return;
     }
-    const box = this.place.getBoundingClientRect();
+    const own = this.place.getBoundingClientRect();
+    const region = this.place.closest(RIGHT);
+    const alone = region?.querySelectorAll("[data-dock-group]").length === 1;
+    // Another tab of the panel leaves the place without a size.
+    const box = region && alone && own.width ? region.getBoundingClientRect() : own;
     const layer = layerOf(this.place);
     const outline = [box.x, box.y, box.width, box.height, layer].join();
     if (outline !== this.outline) this.moved = now;

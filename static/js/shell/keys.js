@@ -2,7 +2,7 @@
  * One key map for the whole page: what is pressed beside the workbench does there what it does in
  * it, and Viser, which turns tabs, folds panels and flies the camera with the same keys, does not get
  * it. Fields that are typed into keep their keys; keys that the workbench has no use for stay Viser's,
- * and so do all while another tab hides the workbench.
+ * and so do all while another tab hides the workbench, but for Escape, which brings it back.
  */
 
 const TYPED_INTO = 'textarea, select, [contenteditable=""], [contenteditable="true"],'
@@ -15,16 +15,20 @@ const OVER = '[role="dialog"], [role="listbox"]';
 /** @param {Element | null} element */
 const isTypedInto = (element) => Boolean(element?.matches(TYPED_INTO) || element?.closest(OVER));
 
-/** @param {import("./frame.js").WorkbenchFrame} workbench */
-export function shareKeys(workbench) {
+/** @param {import("./frame.js").WorkbenchFrame} workbench @param {() => void} back to the workbench */
+export function shareKeys(workbench, back) {
   const frame = workbench.element;
   /** @param {KeyboardEvent} event */
   const pass = (event) => {
     const target = event.target instanceof Element ? event.target : null;
     // Escape ends a drag in Viser's page.
-    if (isTypedInto(target) || workbench.pressed || !workbench.shown || !frame.contentWindow) return;
+    if (isTypedInto(target) || workbench.pressed || !frame.contentWindow || !frame.contentDocument) return;
+    if (!workbench.shown) {
+      if (event.type === "keydown" && event.key === "Escape") back();
+      return;
+    }
     // The frame answers a key that it takes by preventing what else it would do.
-    if (frame.contentWindow.dispatchEvent(copyOf(event, frame.contentWindow))) return;
+    if (frame.contentDocument.documentElement.dispatchEvent(copyOf(event, frame.contentWindow))) return;
     event.preventDefault();
     event.stopImmediatePropagation();
     frame.contentWindow.focus();
