@@ -12,3 +12,10 @@ def draw(store, pair_id, name, edit, state="submitted"):
     if state != "in_progress":
         change_state(store, pair_id, person, state, number)
     return number
+
+
+def heard(socket):
+    """Return a desk's next message, but for those that say who is here."""
+    while (message := socket.receive_json())["type"] == "here":
+        pass
+    return message

@@ -3,6 +3,7 @@
 from datetime import UTC, datetime, timedelta
 
 import pytest
+from people import heard
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
@@ -175,13 +176,13 @@ def test_signing_out_ends_windows_that_are_open(stranger, app, run):
     sign_in(stranger)
     cookie = {"Cookie": "; ".join("=".join(pair) for pair in stranger.cookies.items())}
     with stranger.websocket_connect("/api/desk", headers={**HERE, **cookie}) as socket:
-        assert socket.receive_json()["type"] == "ready"
+        assert heard(socket)["type"] == "ready"
         TestClient(app, base_url=BASE, cookies=dict(stranger.cookies)).post(
             "/sign-out", headers=HERE
         )
         socket.send_json({"type": "showing", "pair": 1})
         with pytest.raises(WebSocketDisconnect):
-            socket.receive_json()
+            heard(socket)
 
 
 def test_names_of_scripts_may_have_any_letters(stranger):

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 from fastapi.routing import APIRoute
+from people import heard
 
 from reviewer.evaluation.counting import refresh_counts
 from reviewer.masks import decode_png, decode_rle, empty_rle, encode_png, encode_rle
@@ -344,27 +345,27 @@ def test_a_change_of_a_mask_is_described_with_both_of_its_bodies(client):
 
 def test_a_desk_follows_its_person(client, run):
     with client.websocket_connect("/api/desk", headers=HERE) as socket:
-        ready = socket.receive_json()
+        ready = heard(socket)
         assert (ready["annotator"], ready["run"], ready["pair"]) == ("Ada", run.name, 1)
         assert ready["fresh"]
         socket.send_json({"type": "showing", "pair": 1})
-        assert socket.receive_json() == {"type": "ahead", "pairs": [2, 3]}
+        assert heard(socket) == {"type": "ahead", "pairs": [2, 3]}
         socket.send_json({"type": "step", "by": 1})
-        assert socket.receive_json()["pair"] == 2
+        assert heard(socket)["pair"] == 2
         socket.send_json({"type": "showing", "pair": 3})
-        socket.receive_json()
+        heard(socket)
         socket.send_json({"type": "step", "by": 1})
-        assert socket.receive_json() == {"type": "end", "by": 1}
+        assert heard(socket) == {"type": "end", "by": 1}
 
 
 def test_a_desk_that_gets_nonsense_says_so_and_goes_on(client, run):
     with client.websocket_connect("/api/desk", headers=HERE) as socket:
-        socket.receive_json()
+        heard(socket)
         for nonsense in ({"type": "showing", "pair": "x"}, {"type": "fly"}, [1], {"type": "step"}):
             socket.send_json(nonsense)
-            assert socket.receive_json()["type"] == "error"
+            assert heard(socket)["type"] == "error"
         socket.send_json({"type": "showing", "pair": 1})
-        assert socket.receive_json()["type"] == "ahead"
+        assert heard(socket)["type"] == "ahead"
 
 
 def test_a_frame_unlocks_the_desk_of_its_client(client, run, desks):
@@ -373,23 +374,23 @@ def test_a_frame_unlocks_the_desk_of_its_client(client, run, desks):
     desk.redraw = drawn.append
     assert desk.annotator is None
     with client.websocket_connect(f"/api/desk?client={nonce}", headers=HERE) as socket:
-        socket.receive_json()
+        heard(socket)
         # The frame is told first, the Viser side is drawn next.
         deadline = time.monotonic() + 5
         while not drawn and time.monotonic() < deadline:
             time.sleep(0.01)
         assert (desk.annotator, drawn) == ("Ada", ["unlock"])
         desk.open_pair(3)
-        assert socket.receive_json() == {"type": "open", "pair": 3, "run": run.name}
+        assert heard(socket) == {"type": "open", "pair": 3, "run": run.name}
     with client.websocket_connect(f"/api/desk?client={nonce}", headers=HERE) as socket:
-        assert socket.receive_json()["pair"] == 3
+        assert heard(socket)["pair"] == 3
 
 
 def test_a_desk_follows_who_is_signed_in_now(client, run, desks):
     nonce, desk = desks.create()
     desk.annotator = "Bob"
     with client.websocket_connect(f"/api/desk?client={nonce}", headers=HERE) as socket:
-        socket.receive_json()
+        heard(socket)
         assert desk.annotator == "Ada"
 
 

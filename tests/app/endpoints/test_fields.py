@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from people import heard
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 
@@ -104,22 +105,22 @@ def test_another_method_is_405_and_names_the_ones_there_are(client, tiny_split):
 @pytest.mark.parametrize("frame", ["binary", "huge"])
 def test_a_frame_that_is_no_message_closes_the_desk(client, run, frame):
     with client.websocket_connect("/api/desk", headers=HERE) as socket:
-        socket.receive_json()
+        heard(socket)
         if frame == "binary":
             socket.send_bytes(b"\x00\x01")
         else:
             socket.send_text("x" * 200_000)
         with pytest.raises(WebSocketDisconnect) as closed:
-            socket.receive_json()
+            heard(socket)
         assert closed.value.code == {"binary": 1003, "huge": 1009}[frame]
 
 
 @pytest.mark.parametrize("pair", [0, -1, 2**63, 1e30])
 def test_a_desk_is_told_that_a_pair_has_no_such_number(client, run, pair):
     with client.websocket_connect("/api/desk", headers=HERE) as socket:
-        socket.receive_json()
+        heard(socket)
         socket.send_json({"type": "showing", "pair": pair})
-        reply = socket.receive_json()
+        reply = heard(socket)
         assert reply["type"] == "error" and "could not do" not in reply["detail"]
 
 

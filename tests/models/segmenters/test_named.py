@@ -10,7 +10,7 @@ from transformers import GroundingDinoForObjectDetection, GroundingDinoProcessor
 from reviewer.errors import InvalidInput
 from reviewer.models.clicks.embeddings import EmbeddingCache, cache_folder
 from reviewer.models.clicks.sam import SamClicks
-from reviewer.models.interfaces import PairView
+from reviewer.models.interfaces import ClickPictures, PairView
 from reviewer.models.registry import build_segmenter, settings_of
 from reviewer.models.segmenters.grounding import GroundingDino, _spans
 from reviewer.models.warping import warp_mask
@@ -125,7 +125,7 @@ def test_a_pair_that_was_searched_needs_no_embedding_for_a_click(folders, monkey
     monkeypatch.setattr(clicks, "embed", lambda *a: pytest.fail("embedded again"))
     cache = EmbeddingCache(clicks, cache_folder())
     for name, picture in (("live", LIVE), ("reference", PAST)):
-        assert "map0" in cache.get(name, lambda picture=picture: (picture, None, None))
+        assert "map0" in cache.get(name, lambda picture=picture: ClickPictures(picture))
 
 
 def test_settings_name_the_weights_of_both(folders):
