@@ -116,7 +116,9 @@ def read_objects(path: Path) -> dict[str, list[tuple[int, int]]]:
 def main() -> None:
     """Measure, print."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--segmenter", default="grabcut", help="grabcut, sam:PATH, sam2:PATH")
+    parser.add_argument(
+        "--segmenter", default="click-net", help="click-net, grabcut, sam:PATH, sam2:PATH"
+    )
     parser.add_argument("--db", type=Path, default=DEMO)
     parser.add_argument("--objects", type=Path, help="CSV: pair, x, y")
     parser.add_argument("--every", type=int, default=1, help="only each n-th pair")

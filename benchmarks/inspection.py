@@ -42,7 +42,7 @@ def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("database", nargs="?", type=Path, default=WORLD)
-    parser.add_argument("--run", default="dis-difference-oversegment-component")
+    parser.add_argument("--run", default="dis-siamese-lite-object-net-component")
     parser.add_argument("--json", action="store_true")
     given = parser.parse_args()
     seed = int(re.search(r"world-(\d+)", str(given.database.resolve()))[1])

@@ -188,7 +188,7 @@ def main() -> None:
     parser.add_argument("--aligner", action="append", help="the first one also gives the figures")
     parser.add_argument("--detector", help="in place of the default")
     parser.add_argument("--segmenter", help="in place of the default")
-    parser.add_argument("--click", default="grabcut", help="click segmenter")
+    parser.add_argument("--click", default="click-net", help="click segmenter")
     parser.add_argument("--seed", type=int, action="append", help="of the sets, default: 0")
     parser.add_argument("--json", action="store_true", help="one JSON object")
     given = parser.parse_args()

@@ -169,6 +169,7 @@ def main() -> None:
     only = parser.parse_args().only
     if not (ROOT / DB).exists():
         reviewer("demo --check")
+        reviewer(f"run --db {DB} --detector difference --segmenter oversegment")
     if only:
         train(only)
         return

@@ -17,7 +17,7 @@ from find_browser import FLAGS, find_browser  # noqa: E402
 
 TARGET = ROOT / "docs" / "images"
 PAIR, PLANNED = "lr2/0000", "cs1/0001"
-WEIGHT_FREE = "dis-difference-oversegment-component"
+WEIGHT_FREE = "dis-siamese-lite-object-net-component"
 
 
 def open_pair(page: Page, frame: Frame, wanted: str) -> None:

@@ -43,7 +43,7 @@ def tiny_split(db, split_folder):
 @pytest.fixture
 def run(db, tiny_split):
     """A finished run of the tiny split."""
-    run = prepare_run(db, None, PipelineSettings())
+    run = prepare_run(db, None, PipelineSettings(segmenter="oversegment", detector="difference"))
     run_pipeline(db, run, pair_ids(db))
     return run
 
@@ -71,7 +71,9 @@ def make_named_run(monkeypatch):
 
     def make(store, *words):
         own = {"label": {"words": {"*": list(words)}}}
-        settings = PipelineSettings(labeller="vocabulary", segmenter="named", model_settings=own)
+        settings = PipelineSettings(
+            detector="difference", labeller="vocabulary", segmenter="named", model_settings=own
+        )
         members = build_members(settings)
         run = prepare_run(store, "named", settings, members)
         run_pipeline(store, run, pair_ids(store), members=members)

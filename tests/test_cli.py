@@ -289,8 +289,18 @@ def test_without_a_terminal_progress_is_a_line_now_and_then(folder, monkeypatch)
 
 def test_runs_are_compared_with_the_two_pictures_swapped(folder):
     call("import", "data")
-    call("run", "--name", "a", "--workers", "1")
-    call("run", "--name", "b", "--workers", "1", "--set", "detect.middle=6")
+    call("run", "--name", "a", "--workers", "1", "--detector", "difference")
+    call(
+        "run",
+        "--name",
+        "b",
+        "--workers",
+        "1",
+        "--detector",
+        "difference",
+        "--set",
+        "detect.middle=6",
+    )
     told = json.loads(call("runs", "compare", "a", "b", "--swapped", "--json").stdout)
     assert [each["run"] for each in told["swapped"]] == ["a", "b"]
     row = told["swapped"][0]["splits"][-1]
@@ -302,8 +312,20 @@ def test_runs_are_compared_with_the_two_pictures_swapped(folder):
 
 def test_runs_are_listed_shown_compared_and_deleted(folder):
     call("import", "data")
-    call("run", "--name", "a", "--workers", "1")
-    call("run", "--name", "b", "--workers", "1", "--high", "0.5", "--set", "detect.middle=6")
+    call("run", "--name", "a", "--workers", "1", "--detector", "difference")
+    call(
+        "run",
+        "--name",
+        "b",
+        "--workers",
+        "1",
+        "--high",
+        "0.5",
+        "--detector",
+        "difference",
+        "--set",
+        "detect.middle=6",
+    )
     call("evaluate")
     listed = {row["run"]: row for row in json.loads(call("runs", "list", "--json").output)}
     assert [listed["a"][key] for key in ("done", "failed", "scored")] == [3, 0, 3]
@@ -325,7 +347,8 @@ def test_runs_are_listed_shown_compared_and_deleted(folder):
 @pytest.mark.parametrize(
     ("given", "message"),
     [(["--set", "box_threshold=3"], "write STAGE.SETTING=VALUE"),
-     (["--set", "search.nothing=3"], "'nothing'; it has scale, sigma, least_px"),
+     (["--segmenter", "oversegment", "--set", "search.nothing=3"],
+      "'nothing'; it has scale, sigma, least_px"),
      (["--segmenter", "oversegment:here"], "it takes no path"),
      (["--labeller", "vocabulary"], "needs words"),
      (["--labeller", "vocabulary:none.json"], "cannot be read"),

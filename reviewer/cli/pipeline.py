@@ -40,11 +40,12 @@ if TYPE_CHECKING:
 
 MEMBER_HELP = {
     "aligner": "dis, ecc, homography; loftr[:MODEL], pdcnet:DIR; files:DIR, imported",
-    "detector": "difference; dinov2[:MODEL]; cscdnet:CHECKPOINT, dr-tanet:CHECKPOINT, ...;"
-    " files:DIR, imported",
+    "detector": "siamese-lite, difference; dinov2[:MODEL]; cscdnet:CHECKPOINT,"
+    " dr-tanet:CHECKPOINT, ...; files:DIR, imported",
     "labeller": "none, vocabulary:FILE.json; llava[:MODEL], llava-alpha:FILE.pth",
-    "segmenter": "oversegment; grounded-sam[:sam2:MODEL], sam-everything[:sam2:MODEL],"
-    " sam3[:MODEL]; files:DIR (DIR/live, DIR/reference), imported. MODEL: directory or hub id",
+    "segmenter": "object-net, oversegment; grounded-sam[:sam2:MODEL],"
+    " sam-everything[:sam2:MODEL], sam3[:MODEL]; files:DIR (DIR/live, DIR/reference),"
+    " imported. MODEL: directory or hub id",
 }
 
 

@@ -15,7 +15,7 @@ from reviewer.errors import InvalidInput
 ClickModel = Annotated[
     str,
     typer.Option(
-        help="Click segmenter: grabcut, click-net, sam:PATH, sam2:PATH; PATH: directory or hub id.",
+        help="Click segmenter: click-net, grabcut, sam:PATH, sam2:PATH; PATH: directory or hub id.",
         metavar="NAME[:PATH]",
     ),
 ]
@@ -49,7 +49,7 @@ def demo(
     port: Annotated[int, typer.Option(help="Port.")] = 8000,
     token: Token = None,
     token_file: TokenFile = None,
-    click: ClickModel = "grabcut",
+    click: ClickModel = "click-net",
 ) -> None:
     """Render the demo world, import it, run the weight-free pipeline, and open the app."""
     from reviewer.dataset.settings import ImportSettings
@@ -93,7 +93,7 @@ def serve(
             " repeatable."
         ),
     ] = None,
-    click: ClickModel = "grabcut",
+    click: ClickModel = "click-net",
     db: Database = DEFAULT_DB,
 ) -> None:
     """Open the app on one port and print the link to sign in with."""

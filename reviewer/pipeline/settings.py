@@ -36,9 +36,9 @@ class PipelineSettings:
     """
 
     aligner: str = DEFAULT_ALIGNER
-    detector: str = "difference"
+    detector: str = "siamese-lite"
     labeller: str = "none"
-    segmenter: str = "oversegment"
+    segmenter: str = "object-net"
     model_settings: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     threshold: float | None = None
     scope: Scope = "component"

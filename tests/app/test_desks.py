@@ -20,7 +20,7 @@ def joined(db, **left):
 
 
 def test_a_new_desk_goes_on_where_the_frame_was(db, run):
-    prepare_run(db, "newer", PipelineSettings())
+    prepare_run(db, "newer", PipelineSettings(segmenter="oversegment", detector="difference"))
     left = {"pair": 2, "run": run.name, "split": "cs1", "state": "todo", "order": "doi"}
     desk, ready = joined(db, dark=False, queue=290, **left)
     assert (ready["pair"], ready["run"]) == (2, run.name)

@@ -84,7 +84,9 @@ def server(tmp_path):
     folder = write_split(tmp_path / "cs1")
     with Store(tmp_path / "reviewer.db", create=True) as store:
         import_split(store, "cs1", folder, ImportSettings(), lambda *_: None)
-        run = prepare_run(store, "first", PipelineSettings())
+        run = prepare_run(
+            store, "first", PipelineSettings(segmenter="oversegment", detector="difference")
+        )
         run_pipeline(store, run, pair_ids(store))
         running = Running(store)
         yield running

@@ -54,7 +54,9 @@ def picture_of(frame):
 
 
 def second_run(server):
-    run = prepare_run(server.store, "second", PipelineSettings())
+    run = prepare_run(
+        server.store, "second", PipelineSettings(segmenter="oversegment", detector="difference")
+    )
     run_pipeline(server.store, run, pair_ids(server.store))
 
 

@@ -36,7 +36,7 @@ def rooms(db, tmp_path):
     for name, pairs, first in (("cs1", 3, 0), ("hw1", 4, 10)):
         folder = write_split(tmp_path / name, pairs, first)
         import_split(db, name, folder, ImportSettings(), lambda *_: None)
-    run = prepare_run(db, "first", PipelineSettings())
+    run = prepare_run(db, "first", PipelineSettings(segmenter="oversegment", detector="difference"))
     run_pipeline(db, run, pair_ids(db))
     return run
 
@@ -91,7 +91,9 @@ def test_pairs_without_ground_truth_are_no_failures(db, rooms, tmp_path):
 
 
 def test_a_name_that_another_run_has_is_told_before_hours_of_training(db, rooms, tmp_path):
-    prepare_run(db, "real", PipelineSettings(high=0.5))
+    prepare_run(
+        db, "real", PipelineSettings(segmenter="oversegment", detector="difference", high=0.5)
+    )
     done = invoke(db, "--by", "split")
     assert isinstance(done.exception, Conflict) and not (tmp_path / "trainings").exists()
 

@@ -92,7 +92,7 @@ def test_names_must_match_the_masks(db, tiny_split, own_run, tmp_path):
 
 
 def test_a_run_with_a_model_of_its_own_takes_no_layer(db, tiny_split, tmp_path):
-    run = prepare_run(db, None, PipelineSettings())
+    run = prepare_run(db, None, PipelineSettings(segmenter="oversegment", detector="difference"))
     with pytest.raises(Conflict, match="is made by difference, not imported"):
         import_layer(db, run, "detection", tmp_path, tiny_split, packing(run))
 
@@ -110,7 +110,11 @@ def write_flo(path, flow):
 
 @pytest.fixture
 def aligned_elsewhere(db):
-    return prepare_run(db, "flows", PipelineSettings(aligner="imported"))
+    return prepare_run(
+        db,
+        "flows",
+        PipelineSettings(segmenter="oversegment", detector="difference", aligner="imported"),
+    )
 
 
 def test_flows_and_confidences_come_in_and_are_judged(db, tiny_split, aligned_elsewhere, tmp_path):

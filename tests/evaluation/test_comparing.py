@@ -9,7 +9,9 @@ from reviewer.pipeline.settings import PipelineSettings
 
 
 def test_splits_and_their_mean_are_over_the_pairs_that_both_runs_have(db, run):
-    other = prepare_run(db, "other", PipelineSettings(high=0.5))
+    other = prepare_run(
+        db, "other", PipelineSettings(segmenter="oversegment", detector="difference", high=0.5)
+    )
     run_pipeline(db, other, [1])
     refresh_counts(db)
     assert (mean_lines(db, run.name)["doi"].pairs, mean_lines(db, "other")["doi"].pairs) == (3, 1)
@@ -21,6 +23,8 @@ def test_splits_and_their_mean_are_over_the_pairs_that_both_runs_have(db, run):
 
 
 def test_runs_without_a_pair_in_common_have_no_splits_to_compare(db, run):
-    prepare_run(db, "other", PipelineSettings(high=0.5))
+    prepare_run(
+        db, "other", PipelineSettings(segmenter="oversegment", detector="difference", high=0.5)
+    )
     refresh_counts(db)
     assert compare_runs(db, run.name, "other", "doi").splits == []

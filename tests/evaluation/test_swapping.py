@@ -47,7 +47,9 @@ def finished(db, tiny_split, monkeypatch):
     monkeypatch.setitem(DETECTORS, "order-bound", OrderBound)
 
     def make(detector):
-        run = prepare_run(db, detector, PipelineSettings(detector=detector))
+        run = prepare_run(
+            db, detector, PipelineSettings(segmenter="oversegment", detector=detector)
+        )
         run_pipeline(db, run, pair_ids(db))
         refresh_counts(db)
         return run

@@ -29,7 +29,9 @@ NETS = ("cscdnet", "dr-tanet", "cscdnet-attention")
 
 def made(db, name, detector="difference", checkpoint="", **given):
     """A finished run that says it had another detector."""
-    run = prepare_run(db, name, PipelineSettings(**given))
+    run = prepare_run(
+        db, name, PipelineSettings(segmenter="oversegment", detector="difference", **given)
+    )
     run_pipeline(db, run, pair_ids(db))
     db.write(lambda c: c.execute("UPDATE runs SET detector = ? WHERE id = ?", [detector, run.id]))
     if checkpoint:
@@ -143,7 +145,7 @@ def test_only_what_shares_all_but_its_training_is_a_repetition(db, tiny_split):
 
 def test_repetitions_are_scored_on_the_same_pairs(db, tiny_split):
     made(db, "a", "cscdnet")
-    run = prepare_run(db, "b", PipelineSettings())
+    run = prepare_run(db, "b", PipelineSettings(segmenter="oversegment", detector="difference"))
     run_pipeline(db, run, pair_ids(db)[:2])
     db.write(lambda c: c.execute("UPDATE runs SET detector = 'cscdnet'"))
     with pytest.raises(InvalidInput, match="--repeat x=a,b: b is scored on other pairs than a"):

@@ -42,7 +42,7 @@ def scored(db, tmp_path):
     for name, pairs in (("cs1", 2), ("hw3", 1)):
         folder = write_split(tmp_path / name, pairs)
         import_split(db, name, folder, ImportSettings(), lambda *_: None)
-    run = prepare_run(db, "r", PipelineSettings())
+    run = prepare_run(db, "r", PipelineSettings(segmenter="oversegment", detector="difference"))
     for pair, truth, base, final in zip(
         list_pairs(db), (100, 0, 50), (50, 0, 100), (100, 10, 50), strict=True
     ):

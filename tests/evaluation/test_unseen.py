@@ -203,7 +203,9 @@ def compare(db, *runs):
 
 
 def test_two_runs_are_compared_over_what_both_have_seen(db, seen, tiny_split):
-    other = prepare_run(db, "other", PipelineSettings())
+    other = prepare_run(
+        db, "other", PipelineSettings(segmenter="oversegment", detector="difference")
+    )
     run_pipeline(db, other, pair_ids(db))
     for pair in tiny_split[1:]:
         hide(db, other.id, pair.id, np.zeros(SHAPE, bool))
@@ -228,7 +230,9 @@ def test_two_runs_are_compared_over_what_both_have_seen(db, seen, tiny_split):
 
 
 def test_a_run_without_an_alignment_is_compared_over_what_the_other_has_seen(db, seen, tiny_split):
-    other = prepare_run(db, "other", PipelineSettings())
+    other = prepare_run(
+        db, "other", PipelineSettings(segmenter="oversegment", detector="difference")
+    )
     run_pipeline(db, other, pair_ids(db))
     hide(db, seen.id, tiny_split[0].id, LEFT)
     db.write(lambda c: c.execute("DELETE FROM alignments WHERE run_id = ?", [other.id]))
@@ -239,7 +243,9 @@ def test_a_run_without_an_alignment_is_compared_over_what_the_other_has_seen(db,
 
 
 def test_runs_that_have_seen_the_same_are_not_counted_anew(db, seen, tiny_split, monkeypatch):
-    other = prepare_run(db, "other", PipelineSettings(high=0.5))
+    other = prepare_run(
+        db, "other", PipelineSettings(segmenter="oversegment", detector="difference", high=0.5)
+    )
     run_pipeline(db, other, pair_ids(db))
     for run in (seen, other):
         hide(db, run.id, tiny_split[0].id, LEFT)

@@ -33,7 +33,11 @@ def test_a_notebook_imports_splits_and_runs_the_pipeline(tmp_path):
     with Store(tmp_path / "reviewer.db", create=True) as store:
         reports = import_splits(store, tmp_path / "data", ImportSettings())
         assert [(r.split, r.pairs) for r in reports] == [("cs1", 3), ("cs2", 3)]
-        order = RunOrder(PipelineSettings(), "first", splits=("cs2",))
+        order = RunOrder(
+            PipelineSettings(segmenter="oversegment", detector="difference"),
+            "first",
+            splits=("cs2",),
+        )
         done = run_stages(store, order, heard)
         assert (done.run, done.done, done.failures) == ("first", 3, [])
         assert len(finished_pairs(store, run_of_name(store, "first").id, "integrate")) == 3
@@ -45,7 +49,12 @@ def test_stages_of_a_run_are_done_one_after_the_other(tmp_path):
     write_split(tmp_path / "cs1")
     with Store(tmp_path / "reviewer.db", create=True) as store:
         import_splits(store, tmp_path / "cs1", ImportSettings())
-        run_stages(store, RunOrder(PipelineSettings(), "first", "align"))
+        run_stages(
+            store,
+            RunOrder(
+                PipelineSettings(segmenter="oversegment", detector="difference"), "first", "align"
+            ),
+        )
         run = run_of_name(store, "first")
         assert len(finished_pairs(store, run.id, "align")) == 3
         assert not finished_pairs(store, run.id, "detect")

@@ -70,12 +70,13 @@ def named(monkeypatch):
     monkeypatch.setitem(SEGMENTERS, "named", NamedObjects)
     monkeypatch.setitem(SEGMENTER_READS, "named", frozenset({"labels"}))
     settings = PipelineSettings(
+        detector="difference",
         labeller="vocabulary",
         segmenter="named",
         model_settings={"label": {"words": {"cs1": ["pen", "cup"]}}},
     )
     members = replace(
-        build_members(PipelineSettings()),
+        build_members(PipelineSettings(segmenter="oversegment", detector="difference")),
         labeller=VocabularyLabeller({"cs1": ["pen", "cup"]}),
         segmenter=NamedObjects(),
     )
@@ -84,16 +85,20 @@ def named(monkeypatch):
 
 
 def test_another_doi_threshold_asks_no_model_again(db, tiny_split):
-    _, _, first = do(db, PipelineSettings())
+    _, _, first = do(db, PipelineSettings(segmenter="oversegment", detector="difference"))
     assert first == [3, 3, 3, 3]
-    _, report, second = do(db, PipelineSettings(high=0.7), "lower")
+    _, report, second = do(
+        db, PipelineSettings(segmenter="oversegment", detector="difference", high=0.7), "lower"
+    )
     assert second == [0, 0, 0, 0]
     assert (report.done, report.failures) == (3, [])
 
 
 def test_rejecting_what_was_seen_decides_anew_and_asks_no_model(db, tiny_split):
-    do(db, PipelineSettings())
-    run, report, called = do(db, PipelineSettings(seen="reject"))
+    do(db, PipelineSettings(segmenter="oversegment", detector="difference"))
+    run, report, called = do(
+        db, PipelineSettings(segmenter="oversegment", detector="difference", seen="reject")
+    )
     assert (report.done, called) == (3, [0, 0, 0, 0])
     assert run.name.endswith("component-reject") and run.settings["seen"] == "reject"
 
@@ -101,27 +106,39 @@ def test_rejecting_what_was_seen_decides_anew_and_asks_no_model(db, tiny_split):
 def test_results_of_before_there_was_a_choice_of_seen_keep_their_key(tiny_split):
     def integrate_key(**given):
         return (
-            Plan(PipelineSettings(**given), frozenset())
+            Plan(
+                PipelineSettings(segmenter="oversegment", detector="difference", **given),
+                frozenset(),
+            )
             .of_pair(tiny_split[0], {})
             .keys["integrate"]
         )
 
-    record = {**PipelineSettings().doi_rule()}
+    record = {**PipelineSettings(segmenter="oversegment", detector="difference").doi_rule()}
     assert record.pop("seen") == "keep"
     assert integrate_key() == integrate_key(seen="keep") != integrate_key(seen="reject")
-    assert _own_settings(PipelineSettings(), "integrate") == record
+    assert (
+        _own_settings(PipelineSettings(segmenter="oversegment", detector="difference"), "integrate")
+        == record
+    )
 
 
 def test_another_detector_threshold_shares_the_alignment(db, tiny_split):
-    do(db, PipelineSettings())
-    run, _, counted = do(db, PipelineSettings(threshold=0.7), "strict")
+    do(db, PipelineSettings(segmenter="oversegment", detector="difference"))
+    run, _, counted = do(
+        db,
+        PipelineSettings(segmenter="oversegment", detector="difference", threshold=0.7),
+        "strict",
+    )
     assert counted == [0, 3, 3, 3]
     assert [stage.done for stage in run_summary(db, run.id)] == [3] * 5
 
 
 def test_a_run_whose_stages_are_all_known_is_taken_over_whole(db, tiny_split):
-    first, _, _ = do(db, PipelineSettings())
-    second, report, counted = do(db, PipelineSettings(), "again")
+    first, _, _ = do(db, PipelineSettings(segmenter="oversegment", detector="difference"))
+    second, report, counted = do(
+        db, PipelineSettings(segmenter="oversegment", detector="difference"), "again"
+    )
     assert (counted, report.done) == ([0, 0, 0, 0], 3)
     for pair in tiny_split:
         assert load_objects(db, first.id, pair.id) == load_objects(db, second.id, pair.id)
@@ -130,14 +147,26 @@ def test_a_run_whose_stages_are_all_known_is_taken_over_whole(db, tiny_split):
 
 
 def test_keys_speak_of_images_settings_and_what_is_read():
-    plan = Plan(PipelineSettings(threshold=0.5), frozenset({"change"}))
+    plan = Plan(
+        PipelineSettings(segmenter="oversegment", detector="difference", threshold=0.5),
+        frozenset({"change"}),
+    )
     assert plan.inputs["search"] == ("align", "detect")
-    assert Plan(PipelineSettings(threshold=0.5), frozenset()).inputs["search"] == ("align",)
+    assert Plan(
+        PipelineSettings(segmenter="oversegment", detector="difference", threshold=0.5), frozenset()
+    ).inputs["search"] == ("align",)
 
 
 def test_the_key_of_a_stage_changes_with_what_it_reads(tiny_split):
     def keys(**changes):
-        settings = PipelineSettings(**{"threshold": 0.5, **changes})
+        settings = PipelineSettings(
+            **{
+                "detector": "difference",
+                "segmenter": "oversegment",
+                "threshold": 0.5,
+                **changes,
+            }
+        )
         return Plan(settings, frozenset({"change"})).of_pair(tiny_split[0], {}).keys
 
     def differing(**changes):
@@ -148,14 +177,19 @@ def test_the_key_of_a_stage_changes_with_what_it_reads(tiny_split):
     assert differing(aligner="homography") == list(STAGES)
     assert differing(segmenter="imported") == ["search", "integrate"]
     other = replace(tiny_split[0], live=replace(tiny_split[0].live, sha256="f" * 64))
-    plan = Plan(PipelineSettings(threshold=0.5), frozenset({"change"}))
+    plan = Plan(
+        PipelineSettings(segmenter="oversegment", detector="difference", threshold=0.5),
+        frozenset({"change"}),
+    )
     assert set(plan.of_pair(other, {}).keys.values()).isdisjoint(keys().values())
 
 
 def test_where_a_checkpoint_lies_does_not_matter(tiny_split):
     def key(path):
         own = {"detect": {"checkpoint": path, "weights": "abc"}}
-        settings = PipelineSettings(detector="cscdnet", threshold=0.5, model_settings=own)
+        settings = PipelineSettings(
+            segmenter="oversegment", detector="cscdnet", threshold=0.5, model_settings=own
+        )
         return Plan(settings, frozenset()).of_pair(tiny_split[0], {}).keys["detect"]
 
     assert key("/a.pt") == key("/b.pt")
@@ -220,8 +254,10 @@ def test_verdicts_are_not_lost_to_another_search(db, tiny_split, named):
 
 
 def test_deleting_a_run_leaves_what_another_took_over(db, tiny_split):
-    do(db, PipelineSettings())
-    second, _, _ = do(db, PipelineSettings(high=0.7), "lower")
+    do(db, PipelineSettings(segmenter="oversegment", detector="difference"))
+    second, _, _ = do(
+        db, PipelineSettings(segmenter="oversegment", detector="difference", high=0.7), "lower"
+    )
     delete_run(db, list_runs(db)[0].name)
     assert len(load_objects(db, second.id, tiny_split[0].id)) > 0
     assert [run.name for run in list_runs(db)] == ["lower"]

@@ -58,7 +58,7 @@ def nothing_kept():
 
 
 def do_run(db, name, **members):
-    settings = PipelineSettings()
+    settings = PipelineSettings(segmenter="oversegment", detector="difference")
     made = replace(build_members(settings), **members)
     run = prepare_run(db, name, settings, made)
     report = run_pipeline(db, run, pair_ids(db), members=made)

@@ -38,7 +38,9 @@ def tasks(pairs):
 
 
 def prepared(settings=None):
-    settings = settings or PipelineSettings(threshold=0.5)
+    settings = settings or PipelineSettings(
+        segmenter="oversegment", detector="difference", threshold=0.5
+    )
     return settings, build_members(settings)
 
 
@@ -88,9 +90,15 @@ def test_processes_make_what_one_makes_and_survive_a_pair_that_kills(
 
 
 def test_ray_makes_what_local_makes_byte_for_byte(db, tiny_split):
-    local = prepare_run(db, "local", PipelineSettings())
+    local = prepare_run(
+        db, "local", PipelineSettings(segmenter="oversegment", detector="difference")
+    )
     # Another setting that changes nothing here keeps the second run from taking over the first.
-    ray_settings = PipelineSettings(model_settings={"align": {"disagreement_px": 1.5000001}})
+    ray_settings = PipelineSettings(
+        segmenter="oversegment",
+        detector="difference",
+        model_settings={"align": {"disagreement_px": 1.5000001}},
+    )
     ray_run = prepare_run(db, "ray", ray_settings)
     first = run_pipeline(db, local, pair_ids(db))
     try:
@@ -119,7 +127,11 @@ def lost_worker(db, tiny_split):
 
 def test_an_address_without_a_cluster_is_refused(db, tiny_split):
     with pytest.raises(InvalidInput, match="no Ray cluster answers"):
-        RayEngine(PipelineSettings(threshold=0.5), 1, "127.0.0.1:1")
+        RayEngine(
+            PipelineSettings(segmenter="oversegment", detector="difference", threshold=0.5),
+            1,
+            "127.0.0.1:1",
+        )
 
 
 class Killer:

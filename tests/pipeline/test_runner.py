@@ -26,7 +26,7 @@ from reviewer.store.runs import complete_settings, run_failures, run_of_name
 
 @pytest.fixture
 def run(db, tiny_split):
-    return prepare_run(db, None, PipelineSettings())
+    return prepare_run(db, None, PipelineSettings(segmenter="oversegment", detector="difference"))
 
 
 def everything(db, run):
@@ -59,7 +59,9 @@ def test_a_second_run_does_nothing_again(db, tiny_split, run):
 
 
 def test_a_run_in_steps_equals_a_run_at_once(db, tiny_split, run):
-    other = prepare_run(db, "in steps", PipelineSettings())
+    other = prepare_run(
+        db, "in steps", PipelineSettings(segmenter="oversegment", detector="difference")
+    )
     run_pipeline(db, run, pair_ids(db))
     for stage in ("align", "detect", "search", "integrate"):
         run_pipeline(db, other, pair_ids(db)[:2], stages=[stage])
@@ -86,7 +88,7 @@ def test_a_failing_pair_is_recorded_and_the_others_go_on(db, tiny_split, run):
                 raise ModelFailed("aligner moody: not today")
             return real.align(reference, live)
 
-    members = build_members(PipelineSettings())
+    members = build_members(PipelineSettings(segmenter="oversegment", detector="difference"))
     real = members.aligner
     moody = replace(members, aligner=Moody())
     report = run_pipeline(db, run, pair_ids(db), members=moody)
@@ -151,7 +153,7 @@ def one_object(mask, score):
 def test_what_no_model_should_give_is_recorded_and_the_run_goes_on(
     db, tiny_split, run, member, answer, message
 ):
-    members = build_members(PipelineSettings())
+    members = build_members(PipelineSettings(segmenter="oversegment", detector="difference"))
     bad = Bad(getattr(members, member), answer, victim=2)
     report = run_pipeline(db, run, pair_ids(db), members=replace(members, **{member: bad}))
     assert report.done == 2 and re.search(message, report.failures[0])
@@ -167,7 +169,9 @@ def test_an_image_that_vanished_is_a_failure_of_its_pair(db, tiny_split, run):
 
 
 def test_runs_of_other_settings_live_side_by_side(db, tiny_split, run):
-    image = prepare_run(db, None, PipelineSettings(scope="image"))
+    image = prepare_run(
+        db, None, PipelineSettings(segmenter="oversegment", detector="difference", scope="image")
+    )
     assert image.id != run.id
     run_pipeline(db, run, pair_ids(db))
     run_pipeline(db, image, pair_ids(db))
@@ -184,14 +188,26 @@ def test_a_run_records_every_setting_in_force(db, run):
 
 
 def test_without_a_name_other_settings_get_a_number(db, run):
-    other = prepare_run(db, None, PipelineSettings(high=0.8))
+    other = prepare_run(
+        db, None, PipelineSettings(segmenter="oversegment", detector="difference", high=0.8)
+    )
     assert other.name == f"{run.name}-2"
-    assert prepare_run(db, None, PipelineSettings(high=0.8)).id == other.id
-    assert prepare_run(db, None, PipelineSettings()).id == run.id
+    assert (
+        prepare_run(
+            db, None, PipelineSettings(segmenter="oversegment", detector="difference", high=0.8)
+        ).id
+        == other.id
+    )
+    assert (
+        prepare_run(db, None, PipelineSettings(segmenter="oversegment", detector="difference")).id
+        == run.id
+    )
 
 
 def test_a_conflict_names_a_member_s_setting_with_both_values(db, run):
-    other = PipelineSettings(model_settings={"detect": {"middle": 6.0}})
+    other = PipelineSettings(
+        segmenter="oversegment", detector="difference", model_settings={"detect": {"middle": 6.0}}
+    )
     with pytest.raises(Conflict, match=r"another model_settings detect middle \(5.0, not 6.0\)"):
         prepare_run(db, run.name, other)
 
@@ -200,29 +216,50 @@ def test_a_run_of_an_earlier_version_goes_on_with_what_it_left_open(db, tiny_spl
     early = json.loads(json.dumps(run.settings))
     del early["touching_only"], early["model_settings"]["detect"]["middle"]
     complete_settings(db, run.id, early)
-    assert prepare_run(db, run.name, PipelineSettings()).id == run.id
+    assert (
+        prepare_run(
+            db, run.name, PipelineSettings(segmenter="oversegment", detector="difference")
+        ).id
+        == run.id
+    )
     assert run_of_name(db, run.name).settings == run.settings
     complete_settings(db, run.id, early)
     with pytest.raises(Conflict, match="exists with another"):
-        prepare_run(db, run.name, PipelineSettings(touching_only=True))
+        prepare_run(
+            db,
+            run.name,
+            PipelineSettings(segmenter="oversegment", detector="difference", touching_only=True),
+        )
     assert run_of_name(db, run.name).settings == early
 
 
 @pytest.mark.parametrize("name", ["a\x00b", "a\nb", "\u202eb", "a\udc80", " ", "x" * 401])
 def test_a_new_run_needs_a_name_that_can_be_read(db, name):
     with pytest.raises(InvalidInput, match="run name: "):
-        prepare_run(db, name, PipelineSettings())
-    assert prepare_run(db, " first ", PipelineSettings()).name == "first"
+        prepare_run(db, name, PipelineSettings(segmenter="oversegment", detector="difference"))
+    assert (
+        prepare_run(
+            db, " first ", PipelineSettings(segmenter="oversegment", detector="difference")
+        ).name
+        == "first"
+    )
 
 
 def test_a_run_of_an_earlier_version_is_found_by_the_name_it_has(db, run):
     db.write(lambda sql: sql.execute("UPDATE runs SET name = ' a\tb'"))
-    assert prepare_run(db, " a\tb", PipelineSettings()).id == run.id
+    assert (
+        prepare_run(
+            db, " a\tb", PipelineSettings(segmenter="oversegment", detector="difference")
+        ).id
+        == run.id
+    )
 
 
 def test_a_name_with_other_settings_is_a_conflict(db, run):
     with pytest.raises(Conflict, match="exists with another high"):
-        prepare_run(db, run.name, PipelineSettings(high=0.8))
+        prepare_run(
+            db, run.name, PipelineSettings(segmenter="oversegment", detector="difference", high=0.8)
+        )
 
 
 @pytest.mark.parametrize(
@@ -233,7 +270,7 @@ def test_a_name_with_other_settings_is_a_conflict(db, run):
 )  # fmt: skip
 def test_settings_are_checked(settings, message):
     with pytest.raises(InvalidInput, match=message):
-        PipelineSettings(**settings)
+        PipelineSettings(segmenter="oversegment", detector="difference", **settings)
 
 
 def test_settings_of_a_newer_version_are_refused():
@@ -242,7 +279,11 @@ def test_settings_of_a_newer_version_are_refused():
 
 
 def test_the_mask_is_the_probability_map_above_the_threshold(db, tiny_split):
-    run = prepare_run(db, "strict", PipelineSettings(threshold=0.8))
+    run = prepare_run(
+        db,
+        "strict",
+        PipelineSettings(segmenter="oversegment", detector="difference", threshold=0.8),
+    )
     run_pipeline(db, run, pair_ids(db)[:1])
     detection = load_detection(db, run.id, tiny_split[0].id)
     from reviewer.pipeline.fields import load_probability
@@ -308,7 +349,9 @@ def early_run(db, name, net, path):
 
 
 def net_settings(net, path):
-    return PipelineSettings(detector=net, model_settings={"detect": {"checkpoint": str(path)}})
+    return PipelineSettings(
+        segmenter="oversegment", detector=net, model_settings={"detect": {"checkpoint": str(path)}}
+    )
 
 
 def test_results_of_nets_that_compute_what_they_did_keep_their_keys(db, tiny_split, tmp_path):

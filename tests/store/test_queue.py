@@ -35,7 +35,9 @@ def test_a_state_filters_by_the_persons_own_state(db, tiny_split):
 
 
 def test_doi_and_change_size_come_from_the_run(db, tiny_split):
-    run = prepare_run(db, None, PipelineSettings(aligner="dis"))
+    run = prepare_run(
+        db, None, PipelineSettings(segmenter="oversegment", detector="difference", aligner="dis")
+    )
     run_pipeline(db, run, pair_ids(db))
     entries, _ = list_queue(db, annotator_id(db, "Ada"), run_id=run.id, order="size")
     sizes = [entry.change_px for entry in entries]
