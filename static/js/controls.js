@@ -47,11 +47,13 @@ export function wireKeys(keymap, act, openDialog) {
   window.addEventListener("keydown", (event) => {
     const target = /** @type {HTMLElement} */ (event.target);
     const key = keyName(event);
-    const inControl = target.matches?.("button, input, select, textarea, [tabindex]");
+    // A dialog that has just been closed keeps the focus for a moment.
+    const typing = !target.closest?.("dialog:not([open])");
+    const inControl = typing && target.matches?.("button, input, select, textarea, [tabindex]");
     if (inControl && key === "Escape" && !openDialog()) return target.blur();
     const entry = keymap.entry(key);
     if (!entry || event.defaultPrevented) return;
-    if (target.matches?.("input:not([type=range]), textarea, select")) return;
+    if (typing && target.matches?.("input:not([type=range]), textarea, select")) return;
     const dialog = openDialog();
     if (dialog && dialog.id !== entry.action) return;
     // A person who walks the controls by keyboard needs these for them.

@@ -13,6 +13,8 @@ const LAYOUT = "reviewer.layout.";
 const QUEUE = "reviewer.queue";
 /** A layout counts once it stood this long: before, Viser is still building it. */
 const STOOD_MS = 2000;
+/** After an edge was let go of, Viser has drawn it. */
+const LET_GO_MS = 150;
 
 export class Surroundings {
   /** @param {Storage} session @param {Storage} local */
@@ -22,6 +24,14 @@ export class Surroundings {
     /** @type {HTMLElement | null} the frame's element in Viser's page */
     this.frame = /** @type {HTMLElement | null} */ (window.frameElement);
     this.joinedAt = Infinity;
+    /** @type {number | null} how wide the drawer was when somebody last let go of its edge: what
+     * Viser makes of it while its server is away is nobody's wish */
+    this.wide = null;
+    if (this.frame) {
+      window.parent.addEventListener("pointerup", () => {
+        setTimeout(() => { this.wide = this.width() ?? this.wide; }, LET_GO_MS);
+      }, true);
+    }
   }
 
   /** Where the desk should go on, as the address of its socket says it.
@@ -56,7 +66,7 @@ export class Surroundings {
     const stood = performance.now() - this.joinedAt > STOOD_MS;
     this.joinedAt = Infinity;
     if (!this.frame || !stood) return;
-    const widths = { queue: this.width() };
+    const widths = { queue: this.wide };
     this.local.setItem(this.layout, JSON.stringify({ ...read(this.local, this.layout), ...texts(widths) }));
   }
 
