@@ -36,6 +36,7 @@ FLOOR = {
 }
 GROUND = {
     "atomic",
+    "caching",
     "doi",
     "metrics",
     "masks",

@@ -13,9 +13,10 @@ from reviewer.app.desks import Desks
 from reviewer.app.door.access import Access
 from reviewer.app.door.gateway import build_gateway
 from reviewer.app.shell import Shell
+from reviewer.caching import cache_folder
 from reviewer.editing.clicks import Clicks
 from reviewer.errors import InvalidInput
-from reviewer.models.clicks.embeddings import EmbeddingCache, cache_folder
+from reviewer.models.clicks.embeddings import EmbeddingCache
 from reviewer.models.registry import build_click_segmenter
 from reviewer.store.database import Store
 from reviewer.store.integrity import require_whole
@@ -53,7 +54,7 @@ def serve_app(
         access = Access.create(host, number, token, allow_hosts)
         desks = Desks(store)
         shell = Shell(desks)
-        clicks = Clicks(store, EmbeddingCache(segmenter, cache_folder()))
+        clicks = Clicks(store, EmbeddingCache(segmenter, cache_folder("embeddings")))
         app = build_gateway(store, access, desks, clicks, shell.port, on_stop=shell.stop)
         shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
         print(f"reviewer: http://{shown}:{number}/sign-in#token={quote(access.token)}", flush=True)

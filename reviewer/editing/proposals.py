@@ -27,7 +27,7 @@ from reviewer.masks import (
     encode_rle,
     merge_rles,
 )
-from reviewer.pipeline.fields import load_probability
+from reviewer.pipeline.fields import change_of
 from reviewer.pipeline.stored import live_runs, region_crops, warped_view
 from reviewer.records import Pair, Run
 from reviewer.store.database import Store
@@ -80,10 +80,7 @@ def _evidence(store: Store, pair: Pair, run: Run) -> Evidence:
     shape = pair.live.height, pair.live.width
     final = load_final_mask(store, run.id, pair.id)
     detection = load_detection(store, run.id, pair.id)
-    probability = None if detection is None else load_probability(detection)
-    if probability is None:
-        mask = np.zeros(shape, np.bool_) if detection is None else decode_rle(detection.mask)
-        probability = mask.astype(np.float32)
+    probability = np.zeros(shape, np.float32) if detection is None else change_of(detection)
     regions = load_regions(store, run.id, pair.id)
     return Evidence(
         np.zeros(shape, np.bool_) if final is None else decode_rle(final),

@@ -18,7 +18,7 @@ from reviewer.app.endpoints.auditing import build_auditing
 from reviewer.app.endpoints.details import (
     choose_run,
     mask_reply,
-    newest_mask,
+    no_mask,
     pair_detail,
     truth_info,
 )
@@ -30,6 +30,7 @@ from reviewer.app.endpoints.pointing import build_pointing
 from reviewer.app.endpoints.proposing import build_proposing
 from reviewer.app.endpoints.skips import build_skipping
 from reviewer.app.endpoints.sweeping import build_sweeping
+from reviewer.caching import cache_folder
 from reviewer.editing.clicks import Clicks
 from reviewer.editing.commit import (
     MaskEdit,
@@ -41,7 +42,6 @@ from reviewer.editing.commit import (
 )
 from reviewer.errors import InvalidInput, TooLarge
 from reviewer.masks import Rle, decode_rle, empty_rle, encode_png
-from reviewer.models.clicks.embeddings import cache_folder
 from reviewer.records import Image, Pair
 from reviewer.store import runs
 from reviewer.store.database import Store
@@ -219,13 +219,13 @@ def build_api(store: Store, clicks: Clicks) -> APIRouter:
     def get_mask(request: Request, pair_id: Id) -> Response:
         """The newest ground truth with its revision as ETag; revision 0 is all-zero."""
         pair, newest = pair_of_id(store, pair_id), newest_revision(store, pair_id)
-        number = newest.number if newest else 0
+        reply = mask_reply(newest) if newest else no_mask(pair)
+        headers = {"ETag": f'"{reply.revision}"', "Cache-Control": "no-store"}
+        if "application/json" in request.headers.get("accept", ""):
+            body = reply.model_dump_json()
+            return Response(body, media_type="application/json", headers=headers)
         mask = newest.mask if newest else empty_rle(pair.live.height, pair.live.width)
-        headers = {"ETag": f'"{number}"', "Cache-Control": "no-store"}
-        if "application/json" not in request.headers.get("accept", ""):
-            return Response(encode_png(decode_rle(mask)), media_type="image/png", headers=headers)
-        reply = newest_mask(store, pair).model_dump_json()
-        return Response(reply, media_type="application/json", headers=headers)
+        return Response(encode_png(decode_rle(mask)), media_type="image/png", headers=headers)
 
     @router.put("/pairs/{pair_id}/mask", openapi_extra=MASK_BODY)
     async def put_mask(

@@ -116,8 +116,11 @@ def pair_detail(store: Store, pair_id: int, annotator_id: int, run: Run | None) 
 def newest_mask(store: Store, pair: Pair) -> MaskReply:
     """Return the newest ground truth of a pair; revision 0 and all-zero where there is none."""
     newest = newest_revision(store, pair.id)
-    if newest:
-        return mask_reply(newest)
+    return mask_reply(newest) if newest else no_mask(pair)
+
+
+def no_mask(pair: Pair) -> MaskReply:
+    """Return what the API shows of a pair without ground truth."""
     nothing = empty_rle(pair.live.height, pair.live.width)
     return MaskReply.empty(nothing.height, nothing.width, nothing.counts)
 

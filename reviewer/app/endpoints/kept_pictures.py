@@ -14,6 +14,7 @@ from pathlib import Path
 from threading import Lock
 
 from reviewer.atomic import whole_file
+from reviewer.caching import trim_folder
 
 CACHED_PICTURES = 160
 DISK_BYTES = 2**30
@@ -62,13 +63,7 @@ class PictureCache:
         with whole_file(path) as file:
             file.write(picture)
         with self._lock:
-            files = sorted((e.stat().st_mtime, e) for e in path.parent.glob("*.png"))
-            held = sum(entry.stat().st_size for _, entry in files)
-            for _, entry in files[:-1]:
-                if held <= self._disk_bytes:
-                    break
-                held -= entry.stat().st_size
-                entry.unlink(missing_ok=True)
+            trim_folder(path.parent, "*.png", self._disk_bytes)
 
     def _path(self, key: Key) -> Path:
         return (

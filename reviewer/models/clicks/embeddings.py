@@ -20,6 +20,7 @@ from zipfile import BadZipFile
 import numpy as np
 import numpy.typing as npt
 
+from reviewer.caching import trim_folder
 from reviewer.models.interfaces import ClickPictures, ClickSegmenter, Embedding, Image
 
 MEMORY_BYTES = 512 * 2**20
@@ -85,15 +86,9 @@ class EmbeddingCache:
         if found is None:
             small = {name: _halved(a) for name, a in make().items()}
             _write(path, small)
-            _trim(self._folder, self._disk_bytes)
+            trim_folder(self._folder, "*.npz", self._disk_bytes)
             found = small
         return {name: array.astype(np.float32) for name, array in found.items()}
-
-
-def cache_folder(what: str = "embeddings") -> Path:
-    """Return where something is kept: `reviewer/embeddings`, say, under the user's cache folder."""
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "reviewer" / what
 
 
 def _size(embedding: Embedding) -> int:
@@ -124,14 +119,3 @@ def _write(path: Path, arrays: dict[str, npt.NDArray[np.floating]]) -> None:
     with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
         np.savez(file, allow_pickle=False, **arrays)
     os.replace(file.name, path)
-
-
-def _trim(folder: Path, most: int) -> None:
-    """Drop the files unused for longest until the folder is small enough."""
-    files = sorted((entry.stat().st_mtime, entry) for entry in folder.glob("*.npz"))
-    held = sum(entry.stat().st_size for _, entry in files)
-    for _, entry in files[:-1]:
-        if held <= most:
-            break
-        held -= entry.stat().st_size
-        entry.unlink(missing_ok=True)

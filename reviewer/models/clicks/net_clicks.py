@@ -173,7 +173,7 @@ class NetClicks:
 
 
 def _agreed(seen: Sequence[_Seen]) -> list[_Seen]:
-    """Put what the looks agree on first; rated as the look that it is most like, or better.
+    """Put what the looks agree on first, with the best rating of them all.
 
     The guessed IoU of one look says little (it correlates weakly with the true one); that several
     windows give the same mask says more.

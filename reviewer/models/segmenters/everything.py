@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from reviewer.caching import cache_folder
 from reviewer.errors import InvalidInput
 from reviewer.masks import Mask, crop_to_box
-from reviewer.models.clicks.embeddings import EmbeddingCache, cache_folder
+from reviewer.models.clicks.embeddings import EmbeddingCache
 from reviewer.models.clicks.sam import DEFAULT_SAM, sam_of_text
 from reviewer.models.device import check_recorded
 from reviewer.models.interfaces import Embedding, Image, Instance, Objects, PairView
@@ -71,7 +72,7 @@ class SamEverythingSegmenter:
         self.weights = check_recorded(
             "--segmenter sam-everything", self._sam.model_id, self.weights
         )
-        self._cache = EmbeddingCache(self._sam, cache_folder())
+        self._cache = EmbeddingCache(self._sam, cache_folder("embeddings"))
 
     def segment(self, view: PairView) -> Objects:
         """Return everything on both images."""

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reviewer.models.clicks.embeddings import EmbeddingCache, cache_folder
+from reviewer.caching import cache_folder
+from reviewer.models.clicks.embeddings import EmbeddingCache
 from reviewer.models.clicks.sam import DEFAULT_SAM, sam_of_text
 from reviewer.models.device import check_recorded
 from reviewer.models.interfaces import Image, Instance, Objects, PairView
@@ -61,7 +62,7 @@ class GroundedSamSegmenter:
         self.weights = check_recorded(
             "--segmenter grounded-sam", f"{self._dino.weights} {self._sam.model_id}", self.weights
         )
-        self._cache = EmbeddingCache(self._sam, cache_folder())
+        self._cache = EmbeddingCache(self._sam, cache_folder("embeddings"))
 
     def segment(self, view: PairView) -> Objects:
         """Return the named objects of both images."""

@@ -24,8 +24,8 @@ from huggingface_hub.errors import (
 from huggingface_hub.hf_api import ModelInfo, RepoSibling
 from tqdm import tqdm
 
+from reviewer.caching import cache_folder
 from reviewer.errors import InvalidInput, NotFound, ReviewerError
-from reviewer.models.clicks.embeddings import cache_folder
 from reviewer.models.weights.presets import Preset
 
 # What the networks are loaded from; other formats of the same weights stay where they are.
@@ -49,7 +49,7 @@ class Fetched:
 
 def weights_folder() -> Path:
     """Return where single files are kept."""
-    return cache_folder().parent / "weights"
+    return cache_folder("weights")
 
 
 def find_fetched(preset: Preset) -> Path | None:

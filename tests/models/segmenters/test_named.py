@@ -7,8 +7,9 @@ from checkpoints import write_grounding_dino, write_sam, write_sam2, write_sam3
 from scenes import textured
 from transformers import GroundingDinoForObjectDetection, GroundingDinoProcessor, Sam3Model
 
+from reviewer.caching import cache_folder
 from reviewer.errors import InvalidInput
-from reviewer.models.clicks.embeddings import EmbeddingCache, cache_folder
+from reviewer.models.clicks.embeddings import EmbeddingCache
 from reviewer.models.clicks.sam import SamClicks
 from reviewer.models.interfaces import ClickPictures, PairView
 from reviewer.models.registry import build_segmenter, settings_of
@@ -85,7 +86,7 @@ def test_masks_are_those_of_sam_for_the_boxes(folders, sam):
     found = grounded(folders, sam).segment(view())
     assert len(found.live) > 0
     clicks = SamClicks.load(sam, str(folders[sam]))
-    small = EmbeddingCache(clicks, cache_folder()).embed(LIVE)
+    small = EmbeddingCache(clicks, cache_folder("embeddings")).embed(LIVE)
     dino = GroundingDino(str(folders["dino"]), "test", "")
     boxes = dino.find(LIVE, ["pen", "wallet"], 0.2, 0.25)
     masks, _ = clicks.predict_boxes(small, np.stack([box.box_xyxy for box in boxes]))
@@ -123,7 +124,7 @@ def test_a_pair_that_was_searched_needs_no_embedding_for_a_click(folders, monkey
     segmenter.segment(view())
     clicks = SamClicks.load("sam2", str(folders["sam2"]))
     monkeypatch.setattr(clicks, "embed", lambda *a: pytest.fail("embedded again"))
-    cache = EmbeddingCache(clicks, cache_folder())
+    cache = EmbeddingCache(clicks, cache_folder("embeddings"))
     for name, picture in (("live", LIVE), ("reference", PAST)):
         assert "map0" in cache.get(name, lambda picture=picture: ClickPictures(picture))
 
